@@ -1,0 +1,61 @@
+// What every pass knows of the picture: camera, medium, film, seed. Written by `Params::of` in src/render/params.rs only.
+//
+// Spaces. World: as in the scene, but lengths divided by `Params::unit` (CPU side), so that the volume's box is about 1
+// across. Local: texels of the density texture, (0,0,0) at the outer corner of the first texel; for analytic media the
+// object's own space.
+
+struct Params {
+    camera_local: vec3f,        // camera, local space
+    aperture: f32,              // lens radius, world units
+    camera_right: vec3f,        // half a picture to the right at distance 1, world space
+    focus: f32,                 // distance of the sharp plane along the axis, world units
+    camera_up: vec3f,           // half a picture up at distance 1, world space
+    seed: u32,
+    camera_forward: vec3f,      // unit axis, world space
+    max_bounces: u32,           // 0xffffffff: unlimited
+    local_from_world_x: vec3f,  // columns of the linear map from world directions to local ones
+    width: u32,
+    local_from_world_y: vec3f,
+    height: u32,
+    local_from_world_z: vec3f,
+    epsilon: f32,               // a step that surely crosses a cell's face, local units
+    world_from_local_x: vec3f,  // columns of the inverse map
+    sigma: f32,                 // extinction of a stored value of 1 in the strongest channel, per world unit
+    world_from_local_y: vec3f,
+    inv_cell: f32,              // majorant cells per local unit
+    world_from_local_z: vec3f,
+    cell: f32,                  // side of a majorant cell, local units
+    box_min: vec3f,             // the field's support, local space
+    g: f32,                     // mean cosine of the phase function
+    box_max: vec3f,
+    g2: f32,                    // mean cosine of the second lobe
+    extinction: vec3f,          // colour factors of the extinction, greatest 1
+    lobe_weight: f32,           // share of the first lobe
+    albedo: vec3f,              // single-scattering albedo
+    light_count: u32,
+    constant_radiance: vec3f,   // sum of the constant lights
+    light_reference: f32,       // a typical radiance of the picture; steers roulette, never a mean
+    environment_scale: f32,     // factor on the environment map
+    environment_sin: f32,       // its rotation about +Y
+    environment_cos: f32,
+    environment_share: f32,     // chance that a light sample comes from the map
+    length_unit: f32,           // scene units of one world unit
+    unused: u32,
+    tiles_x: u32,               // tiles of 8×8 pixels in a row
+    tiles: u32,                 // tiles of the picture
+    tile_stride: u32,           // coprime to `tiles`; spreads neighbouring workgroups over the picture
+    overlay: u32,               // what the view shows: 0 radiance, 1 noise, 2 samples
+    exposure: f32,              // factor before the tone map
+    tone_map: u32,
+}
+
+// The part of the work that one dispatch does.
+struct Slice {
+    first_group: u32,
+    first_sample: u32,
+    samples: u32,
+    unused: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(1) var<uniform> slice: Slice;

@@ -1,0 +1,235 @@
+// The unbiased path tracer, one lane a pixel: a flat state machine in which camera rays, scattered rays and shadow rays
+// share one set of ray variables and one tracking loop. A lane that ends a path begins the next at once.
+//
+// Free flights by delta tracking (Woodcock 1965) through the majorant cells, light at each vertex by one sample and a
+// ratio-tracked shadow ray (Novák et al. 2014) that is played by roulette on its expected contribution.
+//!use core/params
+//!use core/rng
+//!use core/math
+//!use core/ray
+//!use core/camera
+//!slot medium
+//!slot majorant
+//!slot phase
+//!slot spectrum
+//!use light/light
+//!use film/film
+
+const PATH_DEAD: u32 = 0u;    // no path: begin one
+const PATH_TRACK: u32 = 1u;   // a camera or scattered ray in free flight
+const PATH_SHADOW: u32 = 2u;  // a shadow ray
+
+const PATH_SHADOW_FLOOR: f32 = 0.02;     // least chance to trace a shadow ray
+const PATH_SHADOW_ROULETTE: f32 = 0.1;   // transmittance below which a shadow ray plays roulette
+const PATH_ROULETTE: f32 = 0.1;          // throughput below which a path plays roulette
+const PATH_MAX_ITERATIONS: u32 = 1u << 24u;  // of one lane in one dispatch; reaching it is counted
+
+@compute @workgroup_size(8, 8)
+fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let tile = ((slice.first_group + group.x) * params.tile_stride) % params.tiles;
+    let position = vec2u(tile % params.tiles_x, tile / params.tiles_x) * 8u + local.xy;
+    if (position.x >= params.width || position.y >= params.height) {
+        return;
+    }
+    let pixel = position.y * params.width + position.x;
+    var film = film_load(pixel);
+    var aov_near = vec4f(0.0);
+    var aov_far = vec4f(0.0);
+    if (FILM_AOV) {
+        aov_near = film_aov[2u * pixel];
+        aov_far = film_aov[2u * pixel + 1u];
+    }
+
+    var rng: Rng;
+    var mode = PATH_DEAD;
+    var next = slice.first_sample;
+    let last = slice.first_sample + slice.samples;
+    var ray: Ray;
+    var world = vec3f(0.0);       // direction of travel before the vertex, world space
+    var depth = 0.0;              // optical depth left to the next tentative collision
+    var spectrum: Spectrum;
+    var throughput = vec3f(0.0);
+    var bounces = 0u;
+    var phase_pdf = -1.0;         // of the last scattering; negative: none yet
+    var radiance = vec3f(0.0);
+    var single = vec3f(0.0);
+    var travelled = 0.0;          // distance to the support, for the depth layer
+    var pending = vec3f(0.0);     // what a shadow ray carries
+    var transmittance = vec3f(0.0);
+    var lookups = 0u;
+    var nulls = 0u;
+    var reals = 0u;
+    var steps = 0u;
+    var shadows = 0u;
+    var nonfinite = 0u;
+    var iterations = 0u;
+
+    loop {
+        if (mode == PATH_DEAD) {
+            if (next == last || iterations >= PATH_MAX_ITERATIONS) {
+                break;
+            }
+            rng = rng_start(pixel, next, params.seed);
+            next += 1u;
+            let start = camera_ray(position, &rng);
+            world = start.world;
+            ray = ray_new(start.origin, world);
+            // From the support on, so that t stays small and exact however far the camera is.
+            ray.origin = ray_at(ray, ray.t);
+            travelled = ray.t;
+            ray.exit -= ray.t;
+            ray.t = 0.0;
+            var hero = 0.0;
+            if (SPECTRUM_HERO) {
+                hero = rng_next(&rng);
+            }
+            spectrum = spectrum_start(hero);
+            depth = rng_depth(&rng);
+            throughput = vec3f(1.0);
+            radiance = vec3f(0.0);
+            single = vec3f(0.0);
+            bounces = 0u;
+            phase_pdf = -1.0;
+            mode = PATH_TRACK;
+        }
+
+        // Tracking: the only code that runs often.
+        var hit = false;
+        var done = false;
+        for (var k = 0u; k < TRACK_STEPS; k++) {
+            let segment = majorant_segment(ray);
+            let far = min(segment.y, ray.exit);
+            let shadow = mode == PATH_SHADOW;
+            let bound = segment.x * params.sigma;
+            let rate = bound * select(spectrum.rate, 1.0, shadow);
+            let available = (far - ray.t) * rate;
+            let collides = available > depth;
+            let t = select(max(far, ray.t), ray.t + depth / rate, collides);
+            if (SPECTRUM_HERO && !shadow) {
+                spectrum_step(&spectrum, (t - ray.t) * bound, collides);
+            }
+            ray.t = t;
+            steps += 1u;
+            done = !collides && t >= ray.exit;
+            depth -= max(available, 0.0);
+            if (collides) {
+                depth = rng_depth(&rng);
+                lookups += 1u;
+                let share = medium_density(ray_at(ray, t)) / segment.x;
+                let u = rng_next(&rng);
+                if (shadow) {
+                    transmittance *= spectrum_ratio(share);
+                    let strongest = math_max3(transmittance);
+                    if (strongest < PATH_SHADOW_ROULETTE) {
+                        let survives = u * PATH_SHADOW_ROULETTE < strongest;
+                        transmittance = select(vec3f(0.0), transmittance * (PATH_SHADOW_ROULETTE / strongest), survives);
+                        done = !survives;
+                    }
+                } else {
+                    hit = u < share;
+                }
+                nulls += select(0u, 1u, !shadow && !hit);
+            }
+            if (hit || done) {
+                break;
+            }
+        }
+        iterations += 1u;
+
+        var scatter = false;
+        var ends = iterations >= PATH_MAX_ITERATIONS;
+        if (hit) {
+            reals += 1u;
+            if (FILM_AOV && bounces == 0u) {
+                let d = (travelled + ray.t) * params.length_unit;
+                aov_near.w += d;
+                aov_far.w += d * d;
+            }
+            if (bounces >= params.max_bounces) {
+                bounces += 1u;
+                ends = true;
+            } else {
+                bounces += 1u;
+                throughput *= params.albedo;
+                let weight = throughput * spectrum_weight(spectrum);
+                let strongest = math_max3(weight);
+                if (strongest < PATH_ROULETTE) {
+                    if (rng_next(&rng) * PATH_ROULETTE < strongest) {
+                        throughput *= PATH_ROULETTE / strongest;
+                    } else {
+                        ends = true;
+                    }
+                }
+                ray.origin = ray_at(ray, ray.t);
+                scatter = true;
+                if (LIGHT_SAMPLED) {
+                    let sample = light_sample(ray.origin, &rng);
+                    let factor = light_factor(sample, phase_value(dot(world, sample.direction)));
+                    pending = throughput * spectrum_weight(spectrum) * sample.value * factor;
+                    let expected = math_max3(pending) / params.light_reference;
+                    let chance = clamp(expected, PATH_SHADOW_FLOOR, 1.0);
+                    if (expected > 0.0 && !ends && rng_next(&rng) < chance) {
+                        pending /= chance;
+                        transmittance = vec3f(1.0);
+                        ray = ray_new(ray.origin, sample.direction);
+                        ray.exit = min(ray.exit, sample.distance);
+                        mode = PATH_SHADOW;
+                        shadows += 1u;
+                        scatter = false;
+                    }
+                }
+            }
+        } else if (done) {
+            if (mode == PATH_SHADOW) {
+                radiance += pending * transmittance;
+                if (FILM_AOV && bounces == 1u) {
+                    single += pending * transmittance;
+                }
+                scatter = true;
+            } else {
+                let seen = throughput * spectrum_weight(spectrum) * light_background(world, phase_pdf);
+                radiance += seen;
+                if (FILM_AOV && bounces == 1u) {
+                    single += seen;
+                }
+                ends = true;
+            }
+        }
+        if (scatter && !ends) {
+            let cosine = phase_cosine(&rng);
+            phase_pdf = phase_value(cosine);
+            world = math_around(world, cosine, 2.0 * MATH_PI * rng_next(&rng));
+            ray = ray_new(ray.origin, world);
+            ray.t = 0.0;
+            mode = PATH_TRACK;
+        }
+        if (ends) {
+            let bad = !(dot(radiance, radiance) < MATH_FAR);
+            nonfinite += select(0u, 1u, bad);
+            radiance = select(radiance, vec3f(0.0), bad);
+            film.radiance += radiance;
+            film.square += radiance * radiance;
+            film.opacity += select(0.0, 1.0, bounces > 0u);
+            film.samples += 1.0;
+            if (FILM_AOV) {
+                single = select(single, vec3f(0.0), bad);
+                aov_near += vec4f(single, 0.0);
+                aov_far += vec4f(select(vec3f(0.0), radiance - single, bounces > 0u), 0.0);
+            }
+            mode = PATH_DEAD;
+        }
+    }
+
+    film_store(pixel, film);
+    if (FILM_AOV) {
+        film_aov[2u * pixel] = aov_near;
+        film_aov[2u * pixel + 1u] = aov_far;
+    }
+    film_count(FILM_LOOKUPS, lookups);
+    film_count(FILM_NULLS, nulls);
+    film_count(FILM_REALS, reals);
+    film_count(FILM_STEPS, steps);
+    film_count(FILM_SHADOWS, shadows);
+    film_count(FILM_NONFINITE, nonfinite);
+    film_count(FILM_CAPPED, select(0u, 1u, iterations >= PATH_MAX_ITERATIONS));
+}

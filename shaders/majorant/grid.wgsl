@@ -1,0 +1,24 @@
+// Slot @majorant: a grid of cells, each with a majorant and a level. Level l means: walk the aligned cube of 2^l cells a
+// side, whose majorant is stored. Level 0 everywhere is a uniform grid; a single cell is a global majorant.
+// The walk keeps no state: every segment is found anew from the point where the ray is.
+//!use core/params
+//!use core/ray
+//!use core/math
+
+@group(1) @binding(2) var grid_cells: texture_3d<u32>;
+
+const GRID_LEVEL_BITS: u32 = 15u;  // low bits of a word: the level; the rest is the majorant, rounded up
+
+// The majorant of the stored value where the ray is, and the t up to which it holds: more than `ray.t`.
+fn majorant_segment(ray: Ray) -> vec2f {
+    let last = vec3i(textureDimensions(grid_cells)) - 1;
+    let p = ray_at(ray, ray.t + ray.epsilon);
+    let c = clamp(vec3i(floor(p * params.inv_cell)), vec3i(0), last);
+    let word = textureLoad(grid_cells, c, 0).x;
+    let level = word & GRID_LEVEL_BITS;
+    let side = params.cell * f32(1u << level);
+    let low = vec3f(c >> vec3u(level)) * side;
+    let face = select(low, low + side, ray.direction > vec3f(0.0));
+    let exit = math_min3((face - ray.origin) * ray.inverse);
+    return vec2f(bitcast<f32>(word & ~GRID_LEVEL_BITS), max(exit, ray.t + ray.epsilon));
+}

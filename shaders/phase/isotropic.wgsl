@@ -1,0 +1,14 @@
+// Slot @phase: the same in all directions, 1/(4π).
+//!use core/params
+//!use core/math
+//!use core/rng
+
+// Per steradian, by the cosine between the directions of travel.
+fn phase_value(cos_theta: f32) -> f32 {
+    return 0.25 / MATH_PI;
+}
+
+// The cosine of a scattering angle with that density.
+fn phase_cosine(rng: ptr<function, Rng>) -> f32 {
+    return 1.0 - 2.0 * rng_next(rng);
+}

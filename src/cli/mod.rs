@@ -1,0 +1,129 @@
+//! The command line: every command, its flags, and how errors reach the user.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::{Args, CommandFactory, Parser, Subcommand};
+
+use crate::error::{Code, Error, Result};
+
+pub mod compare;
+pub mod completions;
+pub mod info;
+pub mod render;
+pub mod settings;
+
+/// An interactive, unbiased volume path tracer. Without a command: the window.
+#[derive(Debug, Parser)]
+#[command(name = "nephele", version, args_conflicts_with_subcommands = true, after_help = EXAMPLES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    view: ViewArgs,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  nephele cloud.vdb                            open a cloud in the window
+  nephele render cloud.vdb -o cloud.exr        draw it without a window
+  nephele render shot.png -o big.png --size 3840x2160 --spp 1024
+  nephele info cloud.vdb                       what is in the file";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Open the window
+    View(ViewArgs),
+    /// Draw a picture or a sequence without a window
+    Render(render::RenderArgs),
+    /// Say what volume files hold
+    Info(InfoFlags),
+    /// Compare a picture with a reference
+    Compare(CompareFlags),
+    /// List every setting
+    Settings {
+        /// As JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Print completions for a shell
+    Completions {
+        /// bash, zsh, fish or powershell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// Flags of `view`.
+#[derive(Clone, Debug, Default, Args)]
+pub struct ViewArgs {
+    /// A scene (.toml), a volume (.vdb, .nvdb), or a picture that nephele saved
+    pub input: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct InfoFlags {
+    /// Volume files
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// As JSON
+    #[arg(long)]
+    json: bool,
+    /// Only this grid: a name, or #2 for the third
+    #[arg(long, value_name = "NAME")]
+    grid: Option<String>,
+    /// Read lines `i j k` of index coordinates from a file (- for standard input); answer one value a line
+    #[arg(long, value_name = "FILE", requires = "grid")]
+    at: Option<String>,
+}
+
+#[derive(Debug, Args)]
+struct CompareFlags {
+    /// The picture
+    a: PathBuf,
+    /// The reference
+    b: PathBuf,
+    /// As JSON
+    #[arg(long)]
+    json: bool,
+    /// Exit with 5 if relMSE is larger
+    #[arg(long, value_name = "X")]
+    max_relmse: Option<f64>,
+}
+
+/// Runs the program; `start` is when it began.
+pub fn main(start: Instant) -> ExitCode {
+    let mut builder = env_logger::Builder::new();
+    builder.parse_filters(&std::env::var("NEPHELE_LOG").unwrap_or_else(|_| "off".into())).init();
+    // clap prints help to stdout (exit 0) and usage errors to stderr (exit 2) by itself.
+    let cli = Cli::parse();
+    let (out, err) = (&mut std::io::stdout(), &mut std::io::stderr());
+    let result = match cli.command {
+        None => view(&cli.view),
+        Some(Command::View(args)) => view(&args),
+        Some(Command::Render(args)) => render::run(&args, start),
+        Some(Command::Info(f)) => {
+            let args = info::InfoArgs { files: f.files, json: f.json, grid: f.grid, at: f.at };
+            return ExitCode::from(info::run(&args, out, err));
+        }
+        Some(Command::Compare(f)) => {
+            let args = compare::CompareArgs { a: f.a, b: f.b, json: f.json, max_relmse: f.max_relmse };
+            return ExitCode::from(compare::run(&args, out, err));
+        }
+        Some(Command::Settings { json }) => settings::run(json, out),
+        Some(Command::Completions { shell }) => completions::run(shell, &mut Cli::command(), out),
+    };
+    let _ = out.flush();
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::from(error.code.exit())
+        }
+    }
+}
+
+fn view(_args: &ViewArgs) -> Result<()> {
+    Err(Error::new(Code::NoDisplay, "This build has no window."))
+}

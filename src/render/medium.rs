@@ -1,0 +1,299 @@
+//! The medium on the adapter: density texture and majorant cells.
+
+use std::sync::Arc;
+
+use glam::UVec3;
+use wgpu::util::DeviceExt;
+
+use crate::error::{Code, Error, Result};
+use crate::gpu::device::Gpu;
+use crate::gpu::shader::Variant;
+use crate::scene::value::Auto;
+use crate::scene::{MajorantKind, Precision, Scene};
+use crate::volume::majorant::{Padded, Words, level_sigma};
+
+use super::field::{Field, Shape, density_scale};
+
+/// Storage of the density on the adapter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Storage {
+    /// No voxels: a formula.
+    Analytic,
+    /// 32-bit floats.
+    F32,
+    /// 16-bit floats.
+    F16,
+    /// 256 levels.
+    U8,
+}
+
+impl Storage {
+    fn of(precision: Precision) -> Storage {
+        match precision {
+            Precision::F32 => Storage::F32,
+            Precision::U8 => Storage::U8,
+            Precision::F16 | Precision::Auto => Storage::F16,
+        }
+    }
+
+    fn format(self) -> wgpu::TextureFormat {
+        match self {
+            Storage::F32 => wgpu::TextureFormat::R32Float,
+            Storage::F16 | Storage::Analytic => wgpu::TextureFormat::R16Float,
+            Storage::U8 => wgpu::TextureFormat::R8Unorm,
+        }
+    }
+
+    fn bytes(self) -> u32 {
+        match self {
+            Storage::F32 => 4,
+            Storage::F16 => 2,
+            Storage::U8 | Storage::Analytic => 1,
+        }
+    }
+
+    /// The value in 0 … 1 that storing `x` leaves.
+    fn round(self, x: f32) -> f32 {
+        match self {
+            Storage::F32 | Storage::Analytic => x,
+            Storage::F16 => half::f16::from_f32(x).to_f32(),
+            Storage::U8 => (x * 255.0).round() / 255.0,
+        }
+    }
+}
+
+/// What the majorant cells depend on; they are made anew when it changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum CellKey {
+    Global,
+    Uniform(u32),
+    Levels { sigma: f64 },
+}
+
+/// The medium on the adapter.
+pub struct Medium {
+    /// Where it comes from.
+    pub field: Arc<Field>,
+    /// Scene units of one world unit of the shaders.
+    pub unit: f64,
+    /// Side of a majorant cell in local units.
+    pub cell: u32,
+    /// Storage of the density.
+    pub storage: Storage,
+    /// Texels, border included.
+    pub size: UVec3,
+    /// Bytes of the density texture.
+    pub volume_bytes: u64,
+    /// Bytes of the majorant cells.
+    pub majorant_bytes: u64,
+    /// ∫ density dt along a mean column; see [`Field::mean_column`].
+    pub mean_column: Option<f64>,
+    padded: Option<Padded>,
+    cell_key: CellKey,
+    exact: bool,
+    texture: wgpu::Texture,
+    cells: wgpu::Texture,
+    sampler: wgpu::Sampler,
+}
+
+impl Medium {
+    /// Uploads `field` as `scene` asks.
+    pub fn new(gpu: &Gpu, field: Arc<Field>, scene: &Scene) -> Result<Medium> {
+        let storage = match field.shape {
+            Shape::Dense(_) => Storage::of(scene.volume.precision),
+            Shape::Homogeneous { .. } => Storage::Analytic,
+        };
+        let (low, high) = field.world_box();
+        let diagonal = (high - low).length();
+        let unit = if diagonal > 0.0 && diagonal.is_finite() { diagonal } else { 1.0 };
+        let padded = match &field.shape {
+            Shape::Dense(dense) => {
+                fits(gpu, dense.size + 2, storage)?;
+                Some(Padded::new(dense, |x| storage.round(x)))
+            }
+            Shape::Homogeneous { .. } => None,
+        };
+        let size = padded.as_ref().map_or(UVec3::ONE, |p| p.size);
+        let texture = upload_density(gpu, padded.as_ref(), storage);
+        gpu.check()?;
+        // Samplers of real devices round the weights; software ones do not.
+        let exact = storage == Storage::F32
+            && !(gpu.is_software() && gpu.features.contains(wgpu::Features::FLOAT32_FILTERABLE));
+        let filter = if field.nearest { wgpu::FilterMode::Nearest } else { wgpu::FilterMode::Linear };
+        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("density"),
+            mag_filter: filter,
+            min_filter: filter,
+            ..Default::default()
+        });
+        let mean_column = field.mean_column();
+        let volume_bytes = u64::from(size.x) * u64::from(size.y) * u64::from(size.z) * u64::from(storage.bytes());
+        let placeholder = cells_texture(gpu, &Words { cells: UVec3::ONE, side: 1, words: vec![0] });
+        let mut medium = Medium {
+            field,
+            unit,
+            cell: 1,
+            storage,
+            size,
+            volume_bytes,
+            majorant_bytes: 0,
+            mean_column,
+            padded,
+            cell_key: CellKey::Global,
+            exact,
+            texture,
+            cells: placeholder,
+            sampler,
+        };
+        medium.cell_key = medium.wanted_cells(scene);
+        medium.build_cells(gpu);
+        Ok(medium)
+    }
+
+    /// Brings the majorant cells up to `scene`; whether anything changed.
+    pub fn update(&mut self, gpu: &Gpu, scene: &Scene) -> bool {
+        let key = self.wanted_cells(scene);
+        let changes = key != self.cell_key;
+        if changes {
+            self.cell_key = key;
+            self.build_cells(gpu);
+        }
+        changes
+    }
+
+    fn wanted_cells(&self, scene: &Scene) -> CellKey {
+        match (scene.tracking.majorant, scene.tracking.cell) {
+            (MajorantKind::Global, _) => CellKey::Global,
+            (MajorantKind::Grid, Auto::Is(side)) => CellKey::Uniform(side),
+            (MajorantKind::Grid, Auto::Auto) => {
+                // Extinction per texel, by the mean size of a texel.
+                let texel = glam::DMat3::from_mat4(self.field.local_from_world()).determinant().abs().cbrt().recip();
+                CellKey::Levels { sigma: level_sigma(self.sigma(scene) / self.unit * texel) }
+            }
+        }
+    }
+
+    fn build_cells(&mut self, gpu: &Gpu) {
+        let Some(padded) = &self.padded else { return };
+        let words = match self.cell_key {
+            CellKey::Global => Words::global(padded),
+            CellKey::Uniform(side) => Words::uniform(padded, side),
+            CellKey::Levels { sigma } => Words::levels(padded, sigma),
+        };
+        self.cell = words.side;
+        self.majorant_bytes = words.bytes();
+        self.cells = cells_texture(gpu, &words);
+    }
+
+    /// The density scale with "auto" resolved.
+    pub fn density_scale(&self, scene: &Scene) -> f64 {
+        density_scale(scene, self.mean_column)
+    }
+
+    /// Extinction of a stored value of 1 in the strongest channel, per world unit of the shaders.
+    pub fn sigma(&self, scene: &Scene) -> f64 {
+        let strongest = scene.medium.extinction.0.into_iter().fold(0.0, f64::max);
+        self.density_scale(scene) * strongest * self.unit * self.field.max()
+    }
+
+    /// A step that surely crosses a cell's face, in local units; far below the half texel that the apron allows.
+    pub fn epsilon(&self) -> f32 {
+        const ROUNDING: f32 = 1.0 / (1 << 21) as f32;
+        self.size.max_element() as f32 * ROUNDING
+    }
+
+    /// The slots that this medium fills.
+    pub fn variant(&self, variant: Variant) -> Variant {
+        let medium = match (self.storage, self.field.nearest, self.exact) {
+            (Storage::Analytic, ..) => "medium/homogeneous",
+            (_, true, _) => "medium/dense_nearest",
+            (_, false, true) => "medium/dense_exact",
+            (_, false, false) => "medium/dense",
+        };
+        let majorant = if self.storage == Storage::Analytic { "majorant/whole" } else { "majorant/grid" };
+        variant.slot("medium", medium).slot("majorant", majorant)
+    }
+
+    /// Whether the majorants are tight, so that short tracking loops pay.
+    pub fn is_local(&self) -> bool {
+        self.cell_key != CellKey::Global
+    }
+
+    /// Bind group 1.
+    pub fn bind_group(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::BindGroup {
+        let density = self.texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let cells = self.cells.create_view(&wgpu::TextureViewDescriptor::default());
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("medium"),
+            layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&density) },
+                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&self.sampler) },
+                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&cells) },
+            ],
+        })
+    }
+
+    /// Whether the density texture can be filtered by a sampler.
+    pub fn filterable(&self, gpu: &Gpu) -> bool {
+        self.storage != Storage::F32 || gpu.features.contains(wgpu::Features::FLOAT32_FILTERABLE)
+    }
+}
+
+/// An error if the adapter does not take a texture of that size.
+fn fits(gpu: &Gpu, size: UVec3, storage: Storage) -> Result<()> {
+    let bytes = u64::from(size.x) * u64::from(size.y) * u64::from(size.z) * u64::from(storage.bytes());
+    let side = gpu.limits.max_texture_dimension_3d;
+    let gib = |b: u64| b as f64 / (1u64 << 30) as f64;
+    if size.max_element() <= side && bytes <= gpu.limits.max_buffer_size {
+        return Ok(());
+    }
+    let shrink = (gpu.limits.max_buffer_size as f64 / bytes as f64).cbrt().min(1.0);
+    let longest = (f64::from(size.max_element()) * shrink).min(f64::from(side)) as u32 - 2;
+    Err(Error::new(
+        Code::TooLarge,
+        format!("The volume takes {:.2} GiB on the adapter: {} × {} × {} texels.", gib(bytes), size.x, size.y, size.z),
+    )
+    .why(format!("{} lends {:.2} GiB and {side} texels a side.", gpu.info.name, gib(gpu.limits.max_buffer_size)))
+    .hint(format!("Resample it: --set volume.max_resolution={longest}")))
+}
+
+fn upload_density(gpu: &Gpu, padded: Option<&Padded>, storage: Storage) -> wgpu::Texture {
+    let empty = Padded { size: UVec3::ONE, data: vec![0.0], max: 0.0 };
+    let padded = padded.unwrap_or(&empty);
+    let bytes: Vec<u8> = match storage {
+        Storage::F32 => bytemuck::cast_slice(&padded.data).to_vec(),
+        Storage::F16 | Storage::Analytic => {
+            padded.data.iter().flat_map(|&x| half::f16::from_f32(x).to_bits().to_le_bytes()).collect()
+        }
+        Storage::U8 => padded.data.iter().map(|&x| (x * 255.0).round() as u8).collect(),
+    };
+    gpu.device.create_texture_with_data(
+        &gpu.queue,
+        &texture_3d("density", padded.size, storage.format()),
+        wgpu::util::TextureDataOrder::LayerMajor,
+        &bytes,
+    )
+}
+
+fn cells_texture(gpu: &Gpu, words: &Words) -> wgpu::Texture {
+    gpu.device.create_texture_with_data(
+        &gpu.queue,
+        &texture_3d("majorants", words.cells, wgpu::TextureFormat::R32Uint),
+        wgpu::util::TextureDataOrder::LayerMajor,
+        bytemuck::cast_slice(&words.words),
+    )
+}
+
+fn texture_3d(label: &str, size: UVec3, format: wgpu::TextureFormat) -> wgpu::TextureDescriptor<'_> {
+    wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: size.z },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    }
+}

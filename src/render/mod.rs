@@ -1,0 +1,302 @@
+//! The renderer: a scene in, a picture out, progressively. It owns no window, no clock and no thread.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use wgpu::util::DeviceExt;
+
+use crate::error::{Error, Result};
+use crate::gpu::device::Gpu;
+use crate::gpu::shader::{Source, Variant};
+use crate::scene::row::Layers;
+use crate::scene::{Phase, Scene};
+
+pub mod field;
+pub mod film;
+pub mod lights;
+pub mod medium;
+pub mod pace;
+pub mod params;
+pub mod pipeline;
+
+use field::Field;
+use film::{BLOCK, Film};
+use lights::{LightData, Lights};
+use medium::Medium;
+use params::{Params, Slice};
+use pipeline::{Layouts, Pipeline};
+
+/// Where a picture stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// Samples that every pixel has.
+    pub samples: u32,
+    /// Whether a pass over the picture is under way.
+    pub in_pass: bool,
+}
+
+/// A piece of work to submit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Work {
+    /// Samples of each pixel in the next pass, if one has to begin.
+    pub samples: u32,
+    /// Workgroups (tiles) of this submission at most.
+    pub groups: u32,
+}
+
+/// The progressive renderer.
+pub struct Renderer {
+    /// The device.
+    pub gpu: Arc<Gpu>,
+    /// The scene that is drawn.
+    pub scene: Scene,
+    /// The medium on the adapter.
+    pub medium: Medium,
+    /// The film.
+    pub film: Film,
+    layouts: Layouts,
+    source: Source,
+    pipelines: HashMap<Variant, Pipeline>,
+    light_data: LightData,
+    lights: Lights,
+    params: wgpu::Buffer,
+    slice: wgpu::Buffer,
+    frame_group: wgpu::BindGroup,
+    medium_group: wgpu::BindGroup,
+    light_group: wgpu::BindGroup,
+    film_group: wgpu::BindGroup,
+    size: (u32, u32),
+    tiles: u32,
+    samples: u32,
+    pass_samples: u32,
+    next_group: u32,
+}
+
+impl Renderer {
+    /// A renderer for `scene` on `field`, for pictures of `size` pixels, with the extra layers if `aov`.
+    pub fn new(
+        gpu: Arc<Gpu>,
+        source: Source,
+        scene: &Scene,
+        field: Arc<Field>,
+        size: (u32, u32),
+        aov: bool,
+    ) -> Result<Renderer> {
+        let layouts = Layouts::new(&gpu, &source)?;
+        let medium = Medium::new(&gpu, field, scene)?;
+        let light_data = LightData::load(scene)?;
+        let lights = Lights::of(scene, &light_data, &medium.field, medium.unit);
+        lights.fits(&gpu)?;
+        let film = Film::new(&gpu, size.0, size.1, aov)?;
+        let params_of = Params::of(scene, &medium, &lights, size.0, size.1);
+        let uniform = |label: &str, bytes: &[u8]| {
+            gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(label),
+                contents: bytes,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            })
+        };
+        let params = uniform("params", bytemuck::bytes_of(&params_of));
+        let slice = uniform("slice", bytemuck::bytes_of(&Slice::default()));
+        let frame_group = layouts.frame_group(&gpu, &params, &slice);
+        let medium_group = medium.bind_group(&gpu, layouts.medium(medium.filterable(&gpu)));
+        let light_group = lights.bind_group(&gpu, &layouts.lights);
+        let film_group = layouts.film_group(&gpu, &film);
+        let renderer = Renderer {
+            scene: scene.clone(),
+            medium,
+            film,
+            layouts,
+            source,
+            pipelines: HashMap::new(),
+            light_data,
+            lights,
+            params,
+            slice,
+            frame_group,
+            medium_group,
+            light_group,
+            film_group,
+            size,
+            tiles: params_of.tiles,
+            samples: 0,
+            pass_samples: 0,
+            next_group: 0,
+            gpu,
+        };
+        renderer.gpu.check()?;
+        Ok(renderer)
+    }
+
+    /// Warnings of the volume and the lights.
+    pub fn warnings(&self) -> Vec<crate::error::Warning> {
+        self.medium.field.warnings.iter().chain(&self.light_data.warnings).cloned().collect()
+    }
+
+    /// The lights in use.
+    pub fn lights(&self) -> &Lights {
+        &self.lights
+    }
+
+    /// Where the picture stands.
+    pub fn progress(&self) -> Progress {
+        Progress { samples: self.samples, in_pass: self.pass_samples > 0 }
+    }
+
+    /// Tiles of the picture.
+    pub fn tiles(&self) -> u32 {
+        self.tiles
+    }
+
+    /// Brings the renderer to `scene` in a picture of `size`; `field` is new data where the volume changed. Restarts
+    /// the picture if anything that it depends on differs. Returns what was made anew.
+    pub fn update(&mut self, scene: &Scene, size: (u32, u32), field: Option<Arc<Field>>) -> Result<Layers> {
+        let mut changes = scene.changes(&self.scene);
+        if changes.lights {
+            let data = LightData::load(scene)?;
+            self.light_data = data;
+        }
+        let old = std::mem::replace(&mut self.scene, scene.clone());
+        if let Err(e) = self.rebuild(&mut changes, size, field) {
+            self.scene = old;
+            return Err(e);
+        }
+        Ok(changes)
+    }
+
+    fn rebuild(&mut self, changes: &mut Layers, size: (u32, u32), field: Option<Arc<Field>>) -> Result<()> {
+        if let Some(field) = field {
+            self.medium = Medium::new(&self.gpu, field, &self.scene)?;
+            self.medium_group =
+                self.medium.bind_group(&self.gpu, self.layouts.medium(self.medium.filterable(&self.gpu)));
+            changes.accumulation = true;
+        } else if self.medium.update(&self.gpu, &self.scene) {
+            changes.majorants = true;
+            self.medium_group =
+                self.medium.bind_group(&self.gpu, self.layouts.medium(self.medium.filterable(&self.gpu)));
+        }
+        if size != self.size {
+            self.film = Film::new(&self.gpu, size.0, size.1, self.film.aov)?;
+            self.film_group = self.layouts.film_group(&self.gpu, &self.film);
+            self.size = size;
+            changes.accumulation = true;
+        }
+        if changes.accumulation {
+            let lights = Lights::of(&self.scene, &self.light_data, &self.medium.field, self.medium.unit);
+            lights.fits(&self.gpu)?;
+            self.light_group = lights.bind_group(&self.gpu, &self.layouts.lights);
+            self.lights = lights;
+            self.restart();
+        }
+        if changes.accumulation || changes.view {
+            let params = Params::of(&self.scene, &self.medium, &self.lights, self.size.0, self.size.1);
+            self.tiles = params.tiles;
+            self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+        }
+        self.gpu.check()
+    }
+
+    /// Clears the film.
+    pub fn restart(&mut self) {
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.film.clear(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.samples = 0;
+        self.pass_samples = 0;
+        self.next_group = 0;
+    }
+
+    /// The variant of the path tracer that the scene asks for.
+    pub fn variant(&self) -> Variant {
+        let phase = match self.scene.medium.phase {
+            Phase::Isotropic => "phase/isotropic",
+            Phase::Rayleigh => "phase/rayleigh",
+            Phase::Hg => "phase/hg",
+            Phase::TwoLobeHg => "phase/two_lobe_hg",
+        };
+        let [r, g, b] = self.scene.medium.extinction.0;
+        let grey = r == g && g == b;
+        let variant = Variant::default()
+            .slot("phase", phase)
+            .slot("spectrum", if grey { "spectrum/grey" } else { "spectrum/hero" })
+            .flag("SPECTRUM_HERO", !grey)
+            .flag("CAMERA_LENS", self.scene.camera.aperture_radius > 0.0)
+            .flag("FILM_AOV", self.film.aov)
+            .count("TRACK_STEPS", if self.medium.is_local() { TRACK_STEPS_LOCAL } else { TRACK_STEPS_GLOBAL });
+        self.medium.variant(self.lights.variant(variant))
+    }
+
+    /// Builds the pipeline for the scene as it stands, its driver's compiler included.
+    pub fn prepare(&mut self) -> Result<()> {
+        let variant = self.variant();
+        if !self.pipelines.contains_key(&variant) {
+            let filterable = self.medium.filterable(&self.gpu);
+            let pipeline = Pipeline::new(&self.gpu, &self.source, &self.layouts, &variant, filterable)?;
+            self.pipelines.insert(variant.clone(), pipeline);
+            // Software drivers compile at the first dispatch; one without workgroups is enough.
+            self.dispatch(&self.pipelines[&variant], Slice::default(), 0);
+            self.gpu.wait()?;
+        }
+        Ok(())
+    }
+
+    /// Submits a piece of work; the next pass begins when the last is done. Returns the share of a sample of the whole
+    /// picture that was submitted.
+    pub fn submit(&mut self, work: Work) -> Result<f64> {
+        self.prepare()?;
+        if self.pass_samples == 0 {
+            // A pass never crosses the end of a block, so that sums do not depend on how passes were cut.
+            self.pass_samples = work.samples.clamp(1, BLOCK - self.samples % BLOCK);
+        }
+        let groups = work.groups.clamp(1, self.tiles - self.next_group).min(MAX_GROUPS);
+        let slice =
+            Slice { first_group: self.next_group, first_sample: self.samples, samples: self.pass_samples, unused: 0 };
+        self.dispatch(&self.pipelines[&self.variant()], slice, groups);
+        let done = f64::from(groups) / f64::from(self.tiles) * f64::from(self.pass_samples);
+        self.next_group += groups;
+        if self.next_group == self.tiles {
+            self.next_group = 0;
+            self.samples += self.pass_samples;
+            self.pass_samples = 0;
+            if self.samples.is_multiple_of(BLOCK) {
+                self.layouts.flush(&self.gpu, &self.film);
+            }
+        }
+        Ok(done)
+    }
+
+    fn dispatch(&self, pipeline: &Pipeline, slice: Slice, groups: u32) {
+        self.gpu.queue.write_buffer(&self.slice, 0, bytemuck::bytes_of(&slice));
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&pipeline.pipeline);
+            pass.set_bind_group(0, &self.frame_group, &[]);
+            pass.set_bind_group(1, &self.medium_group, &[]);
+            pass.set_bind_group(2, &self.light_group, &[]);
+            pass.set_bind_group(3, &self.film_group, &[]);
+            pass.dispatch_workgroups(groups, 1, 1);
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Reads the shaders again (hot reload); on an error the old pipelines stay.
+    pub fn reload_shaders(&mut self, source: Source) -> std::result::Result<(), Error> {
+        let layouts = Layouts::new(&self.gpu, &source)?;
+        let filterable = self.medium.filterable(&self.gpu);
+        let variant = self.variant();
+        let pipeline = Pipeline::new(&self.gpu, &source, &layouts, &variant, filterable)?;
+        self.source = source;
+        self.pipelines.clear();
+        self.pipelines.insert(variant, pipeline);
+        self.restart();
+        Ok(())
+    }
+}
+
+/// Tracking steps between looks at events, with tight majorants; measured in docs/performance.md.
+const TRACK_STEPS_LOCAL: u32 = 2;
+/// The same with one majorant for all, where most steps are null collisions.
+const TRACK_STEPS_GLOBAL: u32 = 4;
+/// The most workgroups along one axis of a dispatch that every adapter takes.
+const MAX_GROUPS: u32 = 65535;

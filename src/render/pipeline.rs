@@ -1,0 +1,188 @@
+//! Bind group layouts and compute pipelines of the renderer.
+
+use wgpu::ShaderStages;
+
+use crate::error::{Code, Error, Result};
+use crate::gpu::device::Gpu;
+use crate::gpu::shader::{Source, Variant};
+
+use super::film::Film;
+
+/// Everything that pipelines of the renderer share.
+pub struct Layouts {
+    /// Group 0: uniform of the picture and of the dispatch.
+    pub frame: wgpu::BindGroupLayout,
+    /// Group 2: lights.
+    pub lights: wgpu::BindGroupLayout,
+    /// Group 3: film.
+    pub film: wgpu::BindGroupLayout,
+    medium_filtered: wgpu::BindGroupLayout,
+    medium_plain: wgpu::BindGroupLayout,
+    flush: wgpu::ComputePipeline,
+}
+
+fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
+    let visibility = ShaderStages::COMPUTE | ShaderStages::FRAGMENT;
+    wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
+}
+
+fn writable(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    let ty = wgpu::BufferBindingType::Storage { read_only: false };
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    }
+}
+
+fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+fn texture(sample_type: wgpu::TextureSampleType, view_dimension: wgpu::TextureViewDimension) -> wgpu::BindingType {
+    wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false }
+}
+
+impl Layouts {
+    /// The layouts, and the pipelines that no scene changes.
+    pub fn new(gpu: &Gpu, source: &Source) -> Result<Layouts> {
+        let layout = |label: &str, entries: &[wgpu::BindGroupLayoutEntry]| {
+            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
+        };
+        let uniform = buffer(wgpu::BufferBindingType::Uniform);
+        let readable = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+        let medium = |filterable: bool| {
+            let sampler =
+                if filterable { wgpu::SamplerBindingType::Filtering } else { wgpu::SamplerBindingType::NonFiltering };
+            layout(
+                "medium",
+                &[
+                    entry(0, texture(wgpu::TextureSampleType::Float { filterable }, wgpu::TextureViewDimension::D3)),
+                    entry(1, wgpu::BindingType::Sampler(sampler)),
+                    entry(2, texture(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D3)),
+                ],
+            )
+        };
+        let plain_float = wgpu::TextureSampleType::Float { filterable: false };
+        Ok(Layouts {
+            frame: layout("frame", &[entry(0, uniform), entry(1, uniform)]),
+            lights: layout(
+                "lights",
+                &[
+                    entry(0, readable),
+                    entry(1, texture(plain_float, wgpu::TextureViewDimension::D2)),
+                    entry(2, readable),
+                ],
+            ),
+            film: layout("film", &[writable(0), writable(1), writable(2), writable(3)]),
+            medium_filtered: medium(true),
+            medium_plain: medium(false),
+            flush: compute(gpu, source, "film/flush", "flush_main", &Variant::default(), None)?,
+        })
+    }
+
+    /// Group 1, by whether the density texture can be filtered.
+    pub fn medium(&self, filterable: bool) -> &wgpu::BindGroupLayout {
+        if filterable { &self.medium_filtered } else { &self.medium_plain }
+    }
+
+    /// Bind group 0.
+    pub fn frame_group(&self, gpu: &Gpu, params: &wgpu::Buffer, slice: &wgpu::Buffer) -> wgpu::BindGroup {
+        group(gpu, &self.frame, &[params, slice])
+    }
+
+    /// Bind group 3.
+    pub fn film_group(&self, gpu: &Gpu, film: &Film) -> wgpu::BindGroup {
+        group(gpu, &self.film, &[&film.sum, &film.square, &film.extra, &film.counters])
+    }
+
+    /// Adds the film's block sums to the totals.
+    pub fn flush(&self, gpu: &Gpu, film: &Film) {
+        /// Threads of a workgroup of the kernel.
+        const GROUP: u64 = 64;
+        /// Workgroups in a row of the dispatch.
+        const ROW: u64 = 1 << 14;
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        for (block, total) in film.blocks().into_iter().zip(&film.totals) {
+            let groups = (block.size() / 16).div_ceil(GROUP);
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.flush);
+            pass.set_bind_group(0, &group(gpu, &self.flush.get_bind_group_layout(0), &[block, total]), &[]);
+            pass.dispatch_workgroups(groups.min(ROW) as u32, groups.div_ceil(ROW) as u32, 1);
+        }
+        gpu.queue.submit([encoder.finish()]);
+    }
+}
+
+/// A bind group of whole buffers, numbered from 0.
+pub fn group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
+    let entries: Vec<wgpu::BindGroupEntry> = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+}
+
+/// Links, validates and builds a compute pipeline; with `layout` `None`, its layout follows the shader.
+pub fn compute(
+    gpu: &Gpu,
+    source: &Source,
+    file: &str,
+    entry_point: &str,
+    variant: &Variant,
+    layout: Option<&wgpu::PipelineLayout>,
+) -> Result<wgpu::ComputePipeline> {
+    let linked = source.link(file, variant)?;
+    linked.validate()?;
+    log::debug!(target: "shader", "{file}\n{}", linked.text);
+    let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let descriptor =
+        wgpu::ShaderModuleDescriptor { label: Some(file), source: wgpu::ShaderSource::Wgsl(linked.text.into()) };
+    // SAFETY: our own shaders. Every loop has a bound of its own (path: PATH_MAX_ITERATIONS, others count up to a
+    // uniform); indices into buffers keep their checks.
+    let module = unsafe {
+        let checks = wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..wgpu::ShaderRuntimeChecks::checked() };
+        gpu.device.create_shader_module_trusted(descriptor, checks)
+    };
+    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(file),
+        layout,
+        module: &module,
+        entry_point: Some(entry_point),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    match pollster::block_on(scope.pop()) {
+        None => Ok(pipeline),
+        Some(e) => {
+            Err(Error::new(Code::Shader, format!("shaders/{file}.wgsl could not be built on {}.", gpu.info.name))
+                .why(e.to_string().lines().next().unwrap_or_default().to_owned())
+                .hint("Please report it with the output of `nephele doctor`."))
+        }
+    }
+}
+
+/// A pipeline of the path tracer.
+pub struct Pipeline {
+    /// The pipeline itself.
+    pub pipeline: wgpu::ComputePipeline,
+}
+
+impl Pipeline {
+    /// Builds the path tracer's `variant`.
+    pub fn new(gpu: &Gpu, source: &Source, layouts: &Layouts, variant: &Variant, filterable: bool) -> Result<Pipeline> {
+        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("path"),
+            bind_group_layouts: &[
+                Some(&layouts.frame),
+                Some(layouts.medium(filterable)),
+                Some(&layouts.lights),
+                Some(&layouts.film),
+            ],
+            immediate_size: 0,
+        });
+        let pipeline = compute(gpu, source, "integrate/path", "path_main", variant, Some(&layout))?;
+        Ok(Pipeline { pipeline })
+    }
+}

@@ -1,0 +1,357 @@
+//! Scenes as text: TOML in and out, keys by name, messages that name the key, the line and the nearest known key.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use toml::de::{DeTable, DeValue};
+
+use super::animation::Track;
+use super::row::{Row, Section};
+use super::value::{Kind, Value};
+use super::{Light, SECTIONS, Scene, VERSION};
+use crate::error::{Code, Error, Result};
+
+impl Scene {
+    /// The section and row index of a full key such as `medium.g` or `lights.0.direction`.
+    fn find(&self, key: &str) -> Option<(&dyn Section, usize)> {
+        let (prefix, last) = key.rsplit_once('.')?;
+        let section = match prefix.strip_prefix("lights.") {
+            Some(index) => self.lights.get(index.parse::<usize>().ok()?)?.section(),
+            None => self.section(prefix)?,
+        };
+        let index = section.rows().iter().position(|row| row.key == last)?;
+        Some((section, index))
+    }
+
+    /// The row of a full key.
+    pub fn row(&self, key: &str) -> Option<&'static Row> {
+        self.find(key).map(|(section, index)| &section.rows()[index])
+    }
+
+    /// The value of a full key.
+    pub fn get(&self, key: &str) -> Option<Value> {
+        self.find(key).map(|(section, index)| section.get(index))
+    }
+
+    /// Sets one value; an error in words.
+    pub fn assign(&mut self, key: &str, value: &Value) -> std::result::Result<(), String> {
+        let Some((_, index)) = self.find(key) else { return Err(self.unknown_key(key)) };
+        let prefix = key.rsplit_once('.').map_or("", |(prefix, _)| prefix);
+        let section = match prefix.strip_prefix("lights.") {
+            Some(light) => light.parse::<usize>().ok().and_then(|i| self.lights.get_mut(i)).map(Light::section_mut),
+            None => self.section_mut(prefix),
+        };
+        section.expect("found above").set(index, value)
+    }
+
+    /// Words for a key that does not exist, with the nearest that does.
+    pub fn unknown_key(&self, key: &str) -> String {
+        let keys = self.settings().into_iter().map(|(key, row, _)| (key, row.range_text()));
+        format!("unknown key \"{key}\".{}", nearest(key, keys))
+    }
+
+    /// Applies one `--set KEY=VALUE`; relative paths start at `folder`.
+    pub fn set(&mut self, assignment: &str, folder: &Path) -> Result<()> {
+        let bad = |why: String| {
+            Error::new(Code::BadKey, format!("--set {assignment}: {why}"))
+                .hint("`nephele settings` lists every key with its range.")
+        };
+        let (key, text) = assignment.split_once('=').ok_or_else(|| bad("no '=' in it.".into()))?;
+        let mut value = Value::parse_or_text(text.trim());
+        let key = key.trim();
+        if key == "lights" && value == Value::List(Vec::new()) {
+            self.lights.clear();
+            return self.check().map_err(|why| bad(why.to_string()));
+        }
+        if self.row(key).is_some_and(|row| row.kind == Kind::Path) {
+            value = resolve(value, folder);
+        }
+        self.assign(key, &value).map_err(bad)?;
+        self.check().map_err(bad)
+    }
+
+    /// What no single row can check; an error in words.
+    pub fn check(&self) -> std::result::Result<(), String> {
+        use super::{Analytic, Procedural};
+        let sources = [
+            !self.volume.file.0.is_empty(),
+            self.volume.procedural != Procedural::None,
+            self.volume.analytic != Analytic::None,
+        ];
+        if sources.iter().filter(|&&named| named).count() > 1 {
+            return Err("a volume takes at most one of file, procedural and analytic.".into());
+        }
+        let linear = glam::DMat3::from_mat4(self.volume.to_world.to_mat());
+        let last_row = &self.volume.to_world.0[12..];
+        if last_row != [0.0, 0.0, 0.0, 1.0] || !linear.determinant().is_normal() {
+            return Err("volume.to_world is no invertible affine map (its last row must be 0, 0, 0, 1).".into());
+        }
+        let [low, high] = self.volume.bounds.0;
+        if !low.cmplt(high).all() {
+            return Err("volume.bounds: each lower side must lie below the upper one.".into());
+        }
+        for light in &self.lights {
+            if let Light::Sun(sun) = light
+                && sun.direction == glam::DVec3::ZERO
+            {
+                return Err("a sun's direction may not be the zero vector.".into());
+            }
+        }
+        if self.camera.up == glam::DVec3::ZERO {
+            return Err("camera.up may not be the zero vector.".into());
+        }
+        for (i, track) in self.animation.iter().enumerate() {
+            track.check(self).map_err(|why| format!("animation {i}: {why}"))?;
+        }
+        Ok(())
+    }
+
+    /// Reads a scene; `name` is its file for messages, relative paths start at `folder`.
+    pub fn parse(text: &str, name: &str, folder: &Path) -> Result<Scene> {
+        Reader { text, name, folder }.scene()
+    }
+
+    /// The whole scene as TOML. Paths inside `folder` are written relative to it.
+    pub fn to_toml(&self, folder: &Path) -> String {
+        let mut out = format!("version = {VERSION}\n");
+        let mut section = |title: &str, section: &dyn Section, kind: Option<&str>| {
+            let _ = write!(out, "\n{title}\n");
+            if let Some(kind) = kind {
+                let _ = writeln!(out, "kind = \"{kind}\"");
+            }
+            for (i, row) in section.rows().iter().enumerate() {
+                let mut value = section.get(i);
+                if let (Kind::Path, Value::Text(path)) = (row.kind, &value) {
+                    value = Value::Text(relative(path, folder));
+                }
+                let _ = writeln!(out, "{} = {value}", row.key);
+            }
+        };
+        for name in SECTIONS {
+            section(&format!("[{name}]"), self.section(name).expect("every name of SECTIONS is a section"), None);
+            if name == "medium" {
+                for light in &self.lights {
+                    section("[[lights]]", light.section(), Some(light.kind()));
+                }
+            }
+        }
+        for track in &self.animation {
+            let frames = Value::List(track.frames.iter().map(|&f| Value::Float(f)).collect());
+            let values = Value::List(track.values.clone());
+            let key = Value::Text(track.key.clone());
+            let _ = write!(out, "\n[[animation]]\nkey = {key}\nframes = {frames}\nvalues = {values}\n");
+        }
+        if self.lights.is_empty() {
+            out.insert_str(out.find('\n').map_or(0, |i| i + 1), "lights = []\n");
+        }
+        out
+    }
+}
+
+/// `path` from `folder`, where it lies inside it.
+fn relative(path: &str, folder: &Path) -> String {
+    match Path::new(path).strip_prefix(folder) {
+        Ok(rest) if !folder.as_os_str().is_empty() => rest.to_string_lossy().into_owned(),
+        _ => path.to_owned(),
+    }
+}
+
+fn resolve(value: Value, folder: &Path) -> Value {
+    match value {
+        Value::Text(path) if !path.is_empty() && Path::new(&path).is_relative() => {
+            let joined: PathBuf = folder.join(path);
+            Value::Text(joined.to_string_lossy().into_owned())
+        }
+        other => other,
+    }
+}
+
+/// ` Did you mean …?`, or nothing if nothing is near.
+fn nearest(key: &str, keys: impl Iterator<Item = (String, String)>) -> String {
+    /// Below this Jaro–Winkler likeness a key is no likely misspelling.
+    const LIKELY: f64 = 0.75;
+    let best = keys
+        .map(|(name, range)| (strsim::jaro_winkler(key, &name), name, range))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|best| best.0 > LIKELY);
+    best.map_or(String::new(), |(_, name, range)| format!(" Did you mean \"{name}\" ({range})?"))
+}
+
+/// Reads one scene file.
+struct Reader<'a> {
+    text: &'a str,
+    name: &'a str,
+    folder: &'a Path,
+}
+
+impl Reader<'_> {
+    fn error(&self, at: usize, why: impl std::fmt::Display) -> Error {
+        let line = self.text[..at.min(self.text.len())].matches('\n').count() + 1;
+        Error::new(Code::BadKey, format!("{}:{line}: {why}", self.name))
+            .hint("`nephele settings` lists every key with its range.")
+    }
+
+    fn scene(&self) -> Result<Scene> {
+        let table = DeTable::parse(self.text).map_err(|e| {
+            self.error(e.span().map_or(0, |s| s.start), e.message().lines().next().unwrap_or("not TOML"))
+        })?;
+        let mut scene = Scene::default();
+        for (key, value) in table.get_ref() {
+            let (name, at) = (key.get_ref().as_ref(), key.span().start);
+            match (name, value.get_ref()) {
+                ("version", DeValue::Integer(i)) if i.as_str() == VERSION.to_string() => {}
+                ("version", _) => {
+                    let why = format!("version {:?} is not known: this build reads {VERSION}.", value.get_ref());
+                    return Err(self.error(at, why));
+                }
+                ("lights", DeValue::Array(lights)) => {
+                    scene.lights.clear();
+                    for light in lights.iter() {
+                        scene.lights.push(self.light(light.get_ref(), light.span().start)?);
+                    }
+                }
+                ("animation", DeValue::Array(tracks)) => {
+                    for track in tracks.iter() {
+                        scene.animation.push(self.track(track.get_ref(), track.span().start)?);
+                    }
+                }
+                (name, DeValue::Table(table)) if scene.section(name).is_some() => {
+                    self.fill(scene.section_mut(name).expect("just found"), name, table, &[])?;
+                }
+                (name, _) if SECTIONS.contains(&name) || name == "lights" || name == "animation" => {
+                    return Err(self.error(at, format!("\"{name}\" is a section, not a value.")));
+                }
+                _ => {
+                    let known =
+                        SECTIONS.iter().chain(&["lights", "animation"]).map(|s| ((*s).to_owned(), "a section".into()));
+                    return Err(self.error(at, format!("unknown key \"{name}\".{}", nearest(name, known))));
+                }
+            }
+        }
+        scene.check().map_err(|why| self.error(0, why))?;
+        Ok(scene)
+    }
+
+    fn fill(&self, section: &mut dyn Section, title: &str, table: &DeTable, skip: &[&str]) -> Result<()> {
+        for (key, value) in table {
+            let (name, at) = (key.get_ref().as_ref(), key.span().start);
+            if skip.contains(&name) {
+                continue;
+            }
+            let Some(index) = section.rows().iter().position(|row| row.key == name) else {
+                let keys = section.rows().iter().map(|row| (format!("{title}.{}", row.key), row.range_text()));
+                let full = format!("{title}.{name}");
+                return Err(self.error(at, format!("unknown key \"{full}\".{}", nearest(&full, keys))));
+            };
+            let row = &section.rows()[index];
+            let mut new = Value::from_toml(value.get_ref())
+                .ok_or_else(|| self.error(at, format!("{title}.{name}: {} expected.", row.range_text())))?;
+            if row.kind == Kind::Path {
+                new = resolve(new, self.folder);
+            }
+            section.set(index, &new).map_err(|why| self.error(at, format!("{title}.{name}: {why}")))?;
+        }
+        Ok(())
+    }
+
+    fn light(&self, value: &DeValue, at: usize) -> Result<Light> {
+        let kinds = || Light::KINDS.iter().map(|(k, _)| format!("\"{k}\"")).collect::<Vec<_>>().join(", ");
+        let table = value.as_table().ok_or_else(|| self.error(at, "a light is a table: [[lights]]."))?;
+        let kind = table.get("kind").and_then(|v| v.get_ref().as_str());
+        let kind = kind.ok_or_else(|| self.error(at, format!("a light needs a kind: {}.", kinds())))?;
+        let mut light = Light::of_kind(kind)
+            .ok_or_else(|| self.error(at, format!("lights.kind: \"{kind}\" is not one of {}.", kinds())))?;
+        self.fill(light.section_mut(), "lights", table, &["kind"])?;
+        Ok(light)
+    }
+
+    fn track(&self, value: &DeValue, at: usize) -> Result<Track> {
+        let table = value.as_table().ok_or_else(|| self.error(at, "an animation is a table: [[animation]]."))?;
+        let known = ["key", "frames", "values"];
+        for (key, _) in table {
+            if !known.contains(&key.get_ref().as_ref()) {
+                let why = format!("unknown key \"animation.{}\": it takes {}.", key.get_ref(), known.join(", "));
+                return Err(self.error(key.span().start, why));
+            }
+        }
+        let get = |name: &str| {
+            let value = table.get(name).and_then(|v| Value::from_toml(v.get_ref()));
+            value.ok_or_else(|| self.error(at, format!("animation.{name} is missing or no value.")))
+        };
+        match (get("key")?, get("frames")?, get("values")?) {
+            (Value::Text(key), Value::List(frames), Value::List(values)) => {
+                let frames: Option<Vec<f64>> = frames.iter().map(Value::number).collect();
+                let frames = frames.ok_or_else(|| self.error(at, "animation.frames: numbers expected."))?;
+                Ok(Track { key, frames, values })
+            }
+            _ => Err(self.error(at, "animation: key is a string, frames and values are lists.")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Scene> {
+        Scene::parse(text, "s.toml", Path::new(""))
+    }
+
+    #[test]
+    fn an_empty_file_is_the_default_scene() {
+        assert_eq!(parse("").expect("empty"), Scene::default());
+    }
+
+    #[test]
+    fn a_scene_survives_the_round_trip() {
+        let mut scene = Scene::default();
+        for (kind, _) in Light::KINDS {
+            scene.lights.push(Light::of_kind(kind).expect("listed"));
+        }
+        scene.set("medium.g=-0.25", Path::new("")).expect("in range");
+        scene.set("medium.density_scale=3", Path::new("")).expect("in range");
+        scene.set("volume.bounds=[[-inf,-1,-1],[inf,1,1]]", Path::new("")).expect("a box");
+        scene.set("integrator.max_bounces=unlimited", Path::new("")).expect("a word");
+        scene.set("volume.grid=a \"b\"", Path::new("")).expect("a string");
+        scene.animation.push(Track {
+            key: "camera.fov_y".into(),
+            frames: vec![0.0, 1.5],
+            values: vec![Value::Float(20.0), Value::Float(30.0)],
+        });
+        assert_eq!(parse(&scene.to_toml(Path::new(""))).expect("own text"), scene);
+        scene.lights.clear();
+        scene.animation.clear();
+        assert_eq!(parse(&scene.to_toml(Path::new(""))).expect("own text"), scene);
+    }
+
+    #[test]
+    fn messages_name_line_range_and_nearest_key() {
+        let e = parse("[medium]\n\ngg = 1").expect_err("unknown").to_string();
+        assert!(
+            e.contains("s.toml:3") && e.contains("medium.gg") && e.contains("\"medium.g\" (−0.999 … 0.999)"),
+            "{e}"
+        );
+        let e = parse("[medium]\ng = 2").expect_err("range").to_string();
+        assert!(e.contains("s.toml:2") && e.contains("−0.999 … 0.999"), "{e}");
+        let e = parse("[medium]\nphase = \"foo\"").expect_err("choice").to_string();
+        assert!(e.contains("\"rayleigh\"") && e.contains("two-lobe-hg"), "{e}");
+        let e = parse("[[lights]]\nkind = \"lamp\"").expect_err("kind").to_string();
+        assert!(e.contains("\"point\"") && e.contains("s.toml:1"), "{e}");
+        assert!(parse("[medium]\ng = \"x\"").is_err() && parse("[film]\nwidth = 1.5").is_err());
+        assert!(parse("[film]\nwidth = 0").is_err() && parse("[camera]\nposition = [1, 2]").is_err());
+        assert!(parse("[camera]\nposition = [1, 2, nan]").is_err());
+        assert!(parse("version = 2").is_err() && parse("medium = 3").is_err() && parse("x = = 1").is_err());
+        assert!(parse("[volume]\nfile = \"a\"\nanalytic = \"homogeneous\"").is_err());
+    }
+
+    #[test]
+    fn set_takes_toml_or_text_and_paths_from_its_folder() {
+        let mut scene = Scene::default();
+        scene.set("volume.file=x.vdb", Path::new("/data")).expect("a path");
+        assert_eq!(scene.volume.file.0, "/data/x.vdb");
+        scene.set("lights.0.direction=[0,1,0]", Path::new("")).expect("a vector");
+        assert!(scene.set("lights.7.direction=[0,1,0]", Path::new("")).is_err());
+        assert!(scene.set("medium.g", Path::new("")).is_err());
+        assert_eq!(parse(&scene.to_toml(Path::new("/data"))).expect("own text").volume.file.0, "x.vdb");
+    }
+}
