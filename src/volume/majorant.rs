@@ -234,13 +234,16 @@ mod tests {
         Padded::new(&Dense { size, data, world_from_index: DMat4::IDENTITY, warnings: vec![] }, store)
     }
 
-    /// Points of a lattice fine enough to meet every half texel, moved off it.
+    /// Every texel's centre, where interpolation meets its extremes, and many points between.
     fn points(field: &Padded) -> impl Iterator<Item = [f64; 3]> {
-        let size = field.size.to_array().map(f64::from);
-        (0..200_000u32).map(move |i| {
-            let u = |k: f64| (f64::from(i) * k).fract();
-            [size[0] * u(0.754_877), size[1] * u(0.569_840), size[2] * u(0.362_431)]
-        })
+        let size = field.size;
+        let centres = (0..size.x * size.y * size.z)
+            .map(move |i| [i % size.x, i / size.x % size.y, i / (size.x * size.y)].map(|c| f64::from(c) + 0.5));
+        let between = (0..100_000u32).map(move |i| {
+            let u = |k: f64, side: u32| f64::from(side) * (f64::from(i) * k).fract();
+            [u(0.754_877, size.x), u(0.569_840, size.y), u(0.362_431, size.z)]
+        });
+        centres.chain(between)
     }
 
     fn violations(field: &Padded, words: &Words) -> usize {
@@ -271,11 +274,26 @@ mod tests {
     #[test]
     fn a_missing_apron_or_rounding_down_is_seen() {
         let field = field(|x| x);
-        let mut words = Words::uniform(&field, 4);
-        for w in &mut words.words {
-            *w = word(f32::from_bits(*w & !15) * 0.99, 0);
+        let words = Words::uniform(&field, 4);
+        let mut low = words.clone();
+        for w in &mut low.words {
+            *w = word(f32::from_bits(*w & !15) * 0.999, 0);
         }
-        assert!(violations(&field, &words) > 0);
+        assert!(violations(&field, &low) > 0);
+        let mut bare = words;
+        for (i, w) in bare.words.iter_mut().enumerate() {
+            let i = i as u32;
+            let c = UVec3::new(i % bare.cells.x, i / bare.cells.x % bare.cells.y, i / (bare.cells.x * bare.cells.y));
+            let (low, high) = (c * 4, (c * 4 + 4).min(field.size));
+            let mut max = 0.0f32;
+            for (x, y, z) in
+                (low.x..high.x).flat_map(|x| (low.y..high.y).flat_map(move |y| (low.z..high.z).map(move |z| (x, y, z))))
+            {
+                max = max.max(field.data[(x + field.size.x * (y + field.size.y * z)) as usize]);
+            }
+            *w = word(max, 0);
+        }
+        assert!(violations(&field, &bare) > 0);
     }
 
     #[test]
