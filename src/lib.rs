@@ -1,4 +1,5 @@
 //! nephele: an interactive, unbiased volume path tracer.
+pub mod app;
 pub mod cli;
 pub mod error;
 pub mod gpu;

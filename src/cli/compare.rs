@@ -302,8 +302,9 @@ mod tests {
         let (a, b) = (folder.save("a.png", &dark, ""), folder.save("b.png", &bright, ""));
         let json: Value = serde_json::from_str(&compare(&a, &b, true, None).1).expect("JSON");
         assert_eq!((&json["flip_kind"], &json["range"], &json["z"]), (&json!("ldr"), &json!("display"), &Value::Null));
-        let (status, _, err) = compare(&a, &folder.save("b.pfm", &bright, ""), false, None);
+        let (status, out, err) = compare(&a, &folder.save("b.pfm", &bright, ""), true, None);
         assert!(status == 0 && err.contains("Only one of the pictures is a PNG"), "{err}");
+        assert!(out.contains(r#""range":"scene""#), "{out}");
     }
 
     #[test]

@@ -7,7 +7,11 @@ use std::time::Instant;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
-use crate::error::{Code, Error, Result};
+use crate::app::prefs::Prefs;
+use crate::app::shell;
+use crate::error::Result;
+use crate::input;
+use crate::scene::Scene;
 
 pub mod compare;
 pub mod completions;
@@ -56,10 +60,19 @@ enum Command {
 }
 
 /// Flags of `view`.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct ViewArgs {
     /// A scene (.toml), a volume (.vdb, .nvdb), or a picture that nephele saved
     pub input: Option<PathBuf>,
+    /// Orbit once, print the timings, and end
+    #[arg(long, value_name = "NAME", value_parser = ["orbit"])]
+    pub benchmark: Option<String>,
+    /// Frames of the benchmark
+    #[arg(long, value_name = "N", default_value_t = 120, value_parser = clap::value_parser!(u32).range(1..), requires = "benchmark")]
+    pub frames: u32,
+    /// Write the benchmark's figures to a file
+    #[arg(long, value_name = "FILE", requires = "benchmark")]
+    pub json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -100,8 +113,8 @@ pub fn main(start: Instant) -> ExitCode {
     let cli = Cli::parse();
     let (out, err) = (&mut std::io::stdout(), &mut std::io::stderr());
     let result = match cli.command {
-        None => view(&cli.view),
-        Some(Command::View(args)) => view(&args),
+        None => view(cli.view, start),
+        Some(Command::View(args)) => view(args, start),
         Some(Command::Render(args)) => render::run(&args, start),
         Some(Command::Info(f)) => {
             let args = info::InfoArgs { files: f.files, json: f.json, grid: f.grid, at: f.at };
@@ -124,6 +137,13 @@ pub fn main(start: Instant) -> ExitCode {
     }
 }
 
-fn view(_args: &ViewArgs) -> Result<()> {
-    Err(Error::new(Code::NoDisplay, "This build has no window."))
+/// Opens the window.
+fn view(args: ViewArgs, start: Instant) -> Result<()> {
+    let scene = match &args.input {
+        Some(path) => input::open(path)?,
+        None => Scene::default(),
+    };
+    let benchmark = args.benchmark.map(|_| shell::Benchmark { frames: args.frames, json: args.json, start });
+    let prefs = if benchmark.is_some() { Prefs::default() } else { Prefs::load() };
+    shell::run(scene, prefs, Vec::new(), benchmark)
 }

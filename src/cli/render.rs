@@ -18,6 +18,7 @@ use crate::io::picture::{self, Metadata};
 use crate::render::Renderer;
 use crate::render::field::Field;
 use crate::render::film::{Aov, Counters, Sums};
+use crate::render::medium::Medium;
 use crate::render::pace::Pace;
 use crate::scene::Scene;
 
@@ -149,7 +150,8 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<()> {
             none => {
                 let aov = args.aov.iter().any(|a| a.needs_sums());
                 let source = Source::standard();
-                none.insert(Renderer::new(gpu.clone(), source, &frame_scene, field.clone(), size, aov)?)
+                let medium = Medium::new(&gpu, field.clone(), &frame_scene)?;
+                none.insert(Renderer::new(gpu.clone(), source, &frame_scene, medium, size, aov)?)
             }
         };
         if warnings.is_empty() {
@@ -302,7 +304,7 @@ impl Run<'_> {
                 }
                 pace.budget = budget.min(limit - seconds).max(1e-3);
             }
-            if let (Some(target), false) = (args.target_error, progress.in_pass)
+            if let (Some(target), false) = (args.target_error, progress.pass > 0)
                 && progress.samples >= next_check
             {
                 // Reading the film costs a little, so look at a growing distance.

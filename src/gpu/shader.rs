@@ -26,6 +26,7 @@ catalogue![
     "core/params",
     "core/ray",
     "core/rng",
+    "display/present",
     "display/tone_map",
     "film/film",
     "film/flush",

@@ -85,7 +85,7 @@ fn exposure_range(reference: &[[f32; 3]]) -> (f32, f32) {
     let target = (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a);
     let mut luminance: Vec<f32> = reference.iter().map(|rgb| dot(XYZ_FROM_RGB[1], *rgb)).collect();
     luminance.sort_unstable_by(f32::total_cmp);
-    let ev = |luminance: f32| (target / luminance.max(f32::EPSILON)).log2();
+    let ev = |luminance: f32| (target / luminance.clamp(f32::EPSILON, f32::MAX)).log2();
     (ev(luminance[luminance.len() - 1]), ev(luminance[luminance.len() / 2]))
 }
 

@@ -135,6 +135,49 @@ impl Field {
         }
     }
 
+    /// The distance from `origin` along unit vector `direction` (world space) at which half of the light is left, for
+    /// an extinction of `scale` per density; `None` where more than that gets through.
+    pub fn median_depth(&self, origin: DVec3, direction: DVec3, scale: f64) -> Option<f64> {
+        /// Steps through the support.
+        const STEPS: u32 = 512;
+        let local = self.local_from_world();
+        let (o, d) = (local.transform_point3(origin), local.transform_vector3(direction));
+        let (low, high) = self.local_box();
+        let (a, b) = ((low - o) / d, (high - o) / d);
+        let near = a.min(b).max_element().max(0.0);
+        let far = a.max(b).min_element();
+        if !(near < far && far.is_finite()) {
+            return None;
+        }
+        let step = (far - near) / f64::from(STEPS);
+        let mut depth = 0.0;
+        for i in 0..STEPS {
+            let t = near + (f64::from(i) + 0.5) * step;
+            depth += self.density_near(o + d * t) * scale * step;
+            if depth > std::f64::consts::LN_2 {
+                return Some(t);
+            }
+        }
+        None
+    }
+
+    /// Density of the voxel nearest to a point in local space.
+    fn density_near(&self, p: DVec3) -> f64 {
+        match &self.shape {
+            Shape::Homogeneous { .. } => 1.0,
+            Shape::Dense(dense) => {
+                let index = (p - 1.0).floor();
+                let inside = index.cmpge(DVec3::ZERO).all() && index.cmplt(dense.size.as_dvec3()).all();
+                if !inside {
+                    return 0.0;
+                }
+                let i = index.as_usizevec3();
+                let size = dense.size.as_usizevec3();
+                f64::from(dense.data[i.x + size.x * (i.y + size.y * i.z)])
+            }
+        }
+    }
+
     /// The mean of ∫ density dt over the columns along the three axes that hold any density (of an analytic box: over
     /// its finite sides), in density · world units; `None` where there is none.
     pub fn mean_column(&self) -> Option<f64> {

@@ -1,11 +1,11 @@
 //! The renderer: a scene in, a picture out, progressively. It owns no window, no clock and no thread.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, mpsc};
 
 use wgpu::util::DeviceExt;
 
-use crate::error::{Error, Result};
+use crate::error::{Code, Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::shader::{Source, Variant};
 use crate::scene::row::Layers;
@@ -19,7 +19,6 @@ pub mod pace;
 pub mod params;
 pub mod pipeline;
 
-use field::Field;
 use film::{BLOCK, Film};
 use lights::{LightData, Lights};
 use medium::Medium;
@@ -31,8 +30,8 @@ use pipeline::{Layouts, Pipeline};
 pub struct Progress {
     /// Samples that every pixel has.
     pub samples: u32,
-    /// Whether a pass over the picture is under way.
-    pub in_pass: bool,
+    /// Samples of each pixel in the pass under way; 0 if there is none.
+    pub pass: u32,
 }
 
 /// A piece of work to submit.
@@ -54,9 +53,10 @@ pub struct Renderer {
     pub medium: Medium,
     /// The film.
     pub film: Film,
-    layouts: Layouts,
+    layouts: Arc<Layouts>,
     source: Source,
-    pipelines: HashMap<Variant, Pipeline>,
+    pipelines: HashMap<Variant, Arc<Pipeline>>,
+    building: Option<Building>,
     light_data: LightData,
     lights: Lights,
     params: wgpu::Buffer,
@@ -70,20 +70,26 @@ pub struct Renderer {
     samples: u32,
     pass_samples: u32,
     next_group: u32,
+    picture: wgpu::Texture,
+}
+
+/// A pipeline that a worker thread builds.
+struct Building {
+    variant: Variant,
+    result: mpsc::Receiver<Result<Pipeline>>,
 }
 
 impl Renderer {
-    /// A renderer for `scene` on `field`, for pictures of `size` pixels, with the extra layers if `aov`.
+    /// A renderer for `scene` in `medium`, for pictures of `size` pixels, with the extra layers if `aov`.
     pub fn new(
         gpu: Arc<Gpu>,
         source: Source,
         scene: &Scene,
-        field: Arc<Field>,
+        medium: Medium,
         size: (u32, u32),
         aov: bool,
     ) -> Result<Renderer> {
-        let layouts = Layouts::new(&gpu, &source)?;
-        let medium = Medium::new(&gpu, field, scene)?;
+        let layouts = Arc::new(Layouts::new(&gpu, &source)?);
         let light_data = LightData::load(scene)?;
         let lights = Lights::of(scene, &light_data, &medium.field, medium.unit);
         lights.fits(&gpu)?;
@@ -109,6 +115,7 @@ impl Renderer {
             layouts,
             source,
             pipelines: HashMap::new(),
+            building: None,
             light_data,
             lights,
             params,
@@ -122,6 +129,7 @@ impl Renderer {
             samples: 0,
             pass_samples: 0,
             next_group: 0,
+            picture: pipeline::picture_texture(&gpu, 1, 1),
             gpu,
         };
         renderer.gpu.check()?;
@@ -140,7 +148,7 @@ impl Renderer {
 
     /// Where the picture stands.
     pub fn progress(&self) -> Progress {
-        Progress { samples: self.samples, in_pass: self.pass_samples > 0 }
+        Progress { samples: self.samples, pass: self.pass_samples }
     }
 
     /// Tiles of the picture.
@@ -148,25 +156,26 @@ impl Renderer {
         self.tiles
     }
 
-    /// Brings the renderer to `scene` in a picture of `size`; `field` is new data where the volume changed. Restarts
+    /// Brings the renderer to `scene` in a picture of `size`; `medium` is new data where the volume changed. Restarts
     /// the picture if anything that it depends on differs. Returns what was made anew.
-    pub fn update(&mut self, scene: &Scene, size: (u32, u32), field: Option<Arc<Field>>) -> Result<Layers> {
+    pub fn update(&mut self, scene: &Scene, size: (u32, u32), medium: Option<Medium>) -> Result<Layers> {
         let mut changes = scene.changes(&self.scene);
         if changes.lights {
             let data = LightData::load(scene)?;
             self.light_data = data;
         }
         let old = std::mem::replace(&mut self.scene, scene.clone());
-        if let Err(e) = self.rebuild(&mut changes, size, field) {
+        if let Err(e) = self.rebuild(&mut changes, size, medium) {
             self.scene = old;
             return Err(e);
         }
         Ok(changes)
     }
 
-    fn rebuild(&mut self, changes: &mut Layers, size: (u32, u32), field: Option<Arc<Field>>) -> Result<()> {
-        if let Some(field) = field {
-            self.medium = Medium::new(&self.gpu, field, &self.scene)?;
+    fn rebuild(&mut self, changes: &mut Layers, size: (u32, u32), medium: Option<Medium>) -> Result<()> {
+        if let Some(medium) = medium {
+            self.medium = medium;
+            self.medium.update(&self.gpu, &self.scene);
             self.medium_group =
                 self.medium.bind_group(&self.gpu, self.layouts.medium(self.medium.filterable(&self.gpu)));
             changes.accumulation = true;
@@ -226,18 +235,61 @@ impl Renderer {
         self.medium.variant(self.lights.variant(variant))
     }
 
-    /// Builds the pipeline for the scene as it stands, its driver's compiler included.
+    /// Builds the pipeline for the scene as it stands, its driver's compiler included; blocks.
     pub fn prepare(&mut self) -> Result<()> {
-        let variant = self.variant();
-        if !self.pipelines.contains_key(&variant) {
-            let filterable = self.medium.filterable(&self.gpu);
-            let pipeline = Pipeline::new(&self.gpu, &self.source, &self.layouts, &variant, filterable)?;
-            self.pipelines.insert(variant.clone(), pipeline);
-            // Software drivers compile at the first dispatch; one without workgroups is enough.
-            self.dispatch(&self.pipelines[&variant], Slice::default(), 0);
-            self.gpu.wait()?;
+        while !self.poll()? {
+            let building = self.building.take().expect("poll began to build what is not there");
+            let pipeline = building.result.recv().expect("the worker sends before it ends");
+            self.pipelines.insert(building.variant, Arc::new(pipeline?));
         }
         Ok(())
+    }
+
+    /// Whether the pipeline for the scene as it stands is there; begins to build it on a thread if not. An error is
+    /// reported once for each attempt.
+    pub fn poll(&mut self) -> Result<bool> {
+        if let Some(building) = &self.building {
+            match building.result.try_recv() {
+                Err(mpsc::TryRecvError::Empty) => {}
+                done => {
+                    let variant = building.variant.clone();
+                    self.building = None;
+                    let built = done.unwrap_or_else(|_| Err(Error::new(Code::Shader, "The shader builder stopped.")));
+                    self.pipelines.insert(variant, Arc::new(built?));
+                }
+            }
+        }
+        let variant = self.variant();
+        if self.pipelines.contains_key(&variant) {
+            return Ok(true);
+        }
+        if self.building.is_none() {
+            self.building = Some(self.build(variant));
+        }
+        Ok(false)
+    }
+
+    fn build(&self, variant: Variant) -> Building {
+        let (send, result) = mpsc::channel();
+        let (gpu, source) = (self.gpu.clone(), self.source.clone());
+        let layouts = self.layouts.clone();
+        let filterable = self.medium.filterable(&self.gpu);
+        let groups = self.bind_groups();
+        let wanted = variant.clone();
+        std::thread::spawn(move || {
+            let pipeline = Pipeline::new(&gpu, &source, &layouts, &wanted, filterable);
+            if let Ok(p) = &pipeline {
+                // Software drivers compile at the first dispatch; one without workgroups is enough.
+                dispatch(&gpu, p, &groups, 0);
+            }
+            // The receiver may be gone: then nobody wants it any more.
+            let _ = send.send(pipeline);
+        });
+        Building { variant, result }
+    }
+
+    fn bind_groups(&self) -> [wgpu::BindGroup; 4] {
+        [&self.frame_group, &self.medium_group, &self.light_group, &self.film_group].map(wgpu::BindGroup::clone)
     }
 
     /// Submits a piece of work; the next pass begins when the last is done. Returns the share of a sample of the whole
@@ -251,7 +303,8 @@ impl Renderer {
         let groups = work.groups.clamp(1, self.tiles - self.next_group).min(MAX_GROUPS);
         let slice =
             Slice { first_group: self.next_group, first_sample: self.samples, samples: self.pass_samples, unused: 0 };
-        self.dispatch(&self.pipelines[&self.variant()], slice, groups);
+        self.gpu.queue.write_buffer(&self.slice, 0, bytemuck::bytes_of(&slice));
+        dispatch(&self.gpu, &self.pipelines[&self.variant()], &self.bind_groups(), groups);
         let done = f64::from(groups) / f64::from(self.tiles) * f64::from(self.pass_samples);
         self.next_group += groups;
         if self.next_group == self.tiles {
@@ -265,33 +318,57 @@ impl Renderer {
         Ok(done)
     }
 
-    fn dispatch(&self, pipeline: &Pipeline, slice: Slice, groups: u32) {
-        self.gpu.queue.write_buffer(&self.slice, 0, bytemuck::bytes_of(&slice));
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&pipeline.pipeline);
-            pass.set_bind_group(0, &self.frame_group, &[]);
-            pass.set_bind_group(1, &self.medium_group, &[]);
-            pass.set_bind_group(2, &self.light_group, &[]);
-            pass.set_bind_group(3, &self.film_group, &[]);
-            pass.dispatch_workgroups(groups, 1, 1);
+    /// Writes the picture so far to the texture that [`Renderer::picture`] gives.
+    pub fn resolve(&mut self) {
+        let (width, height) = self.size;
+        if (self.picture.width(), self.picture.height()) != (width, height) {
+            self.picture = pipeline::picture_texture(&self.gpu, width, height);
         }
-        self.gpu.queue.submit([encoder.finish()]);
+        self.layouts.resolve(&self.gpu, &self.film, &self.params, &self.picture);
+    }
+
+    /// The picture as last resolved: linear radiance, and what the overlay shows in the fourth channel.
+    pub fn picture(&self) -> &wgpu::Texture {
+        &self.picture
+    }
+
+    /// The uniform, for the pass that shows the picture.
+    pub fn params(&self) -> &wgpu::Buffer {
+        &self.params
+    }
+
+    /// Size of the picture that is drawn.
+    pub fn size(&self) -> (u32, u32) {
+        self.size
     }
 
     /// Reads the shaders again (hot reload); on an error the old pipelines stay.
     pub fn reload_shaders(&mut self, source: Source) -> std::result::Result<(), Error> {
-        let layouts = Layouts::new(&self.gpu, &source)?;
+        let layouts = Arc::new(Layouts::new(&self.gpu, &source)?);
         let filterable = self.medium.filterable(&self.gpu);
         let variant = self.variant();
         let pipeline = Pipeline::new(&self.gpu, &source, &layouts, &variant, filterable)?;
         self.source = source;
         self.pipelines.clear();
-        self.pipelines.insert(variant, pipeline);
+        self.building = None;
+        self.pipelines.insert(variant, Arc::new(pipeline));
+        self.layouts = layouts;
         self.restart();
         Ok(())
     }
+}
+
+fn dispatch(gpu: &Gpu, pipeline: &Pipeline, groups: &[wgpu::BindGroup; 4], workgroups: u32) {
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&pipeline.pipeline);
+        for (i, group) in (0..).zip(groups) {
+            pass.set_bind_group(i, group, &[]);
+        }
+        pass.dispatch_workgroups(workgroups, 1, 1);
+    }
+    gpu.queue.submit([encoder.finish()]);
 }
 
 /// Tracking steps between looks at events, with tight majorants; measured in docs/performance.md.

@@ -40,12 +40,16 @@ impl Pace {
             return Work { samples: 1, groups: LEAST_GROUPS as u32 };
         };
         let affordable = rate * self.budget;
-        let most = f64::from(left.max(1));
-        // Several samples a lane even out the lanes; but not so many that too few workgroups fit a piece.
-        let by_groups = affordable * f64::from(tiles) / LEAST_GROUPS;
-        let samples = affordable.max(FULL_PASS.min(by_groups)).min(most).max(1.0).floor();
-        let pass = if progress.in_pass { FULL_PASS.min(samples) } else { samples };
-        let groups = (affordable / pass * f64::from(tiles)).max(1.0);
+        let samples = if progress.pass > 0 {
+            f64::from(progress.pass)
+        } else {
+            // Several samples a lane even out the lanes; but not so many that too few workgroups fit a piece, nor more
+            // than the picture has already: the first ones come soon.
+            let by_groups = affordable * f64::from(tiles) / LEAST_GROUPS;
+            let most = f64::from(left.min(progress.samples).max(1));
+            affordable.max(FULL_PASS.min(by_groups)).min(most).max(1.0).floor()
+        };
+        let groups = (affordable / samples * f64::from(tiles)).max(1.0);
         Work { samples: samples as u32, groups: groups.min(f64::from(u32::MAX)) as u32 }
     }
 
@@ -67,7 +71,7 @@ mod tests {
     fn work_settles_at_the_budget() {
         let mut pace = Pace::new(0.1);
         let (tiles, true_rate) = (1000, 3.0);
-        let progress = Progress { samples: 0, in_pass: false };
+        let progress = Progress { samples: 4096, pass: 0 };
         for _ in 0..20 {
             let work = pace.next(progress, 1000, tiles);
             let done = f64::from(work.samples) * f64::from(work.groups.min(tiles)) / f64::from(tiles);
@@ -77,5 +81,6 @@ mod tests {
         let seconds = f64::from(work.samples) * f64::from(work.groups) / f64::from(tiles) / true_rate;
         assert!((0.05..0.2).contains(&seconds), "{work:?} takes {seconds} s");
         assert_eq!(pace.next(progress, 1, tiles).samples, 1);
+        assert_eq!(pace.next(Progress { samples: 0, pass: 0 }, 1000, tiles).samples, 1, "the first pass is short");
     }
 }

@@ -7,6 +7,7 @@ use crate::gpu::device::Gpu;
 use crate::gpu::shader::{Source, Variant};
 
 use super::film::Film;
+use super::params::TILE;
 
 /// Everything that pipelines of the renderer share.
 pub struct Layouts {
@@ -19,6 +20,7 @@ pub struct Layouts {
     medium_filtered: wgpu::BindGroupLayout,
     medium_plain: wgpu::BindGroupLayout,
     flush: wgpu::ComputePipeline,
+    resolve: wgpu::ComputePipeline,
 }
 
 fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
@@ -79,6 +81,7 @@ impl Layouts {
             medium_filtered: medium(true),
             medium_plain: medium(false),
             flush: compute(gpu, source, "film/flush", "flush_main", &Variant::default(), None)?,
+            resolve: compute(gpu, source, "film/resolve", "resolve_main", &Variant::default(), None)?,
         })
     }
 
@@ -115,6 +118,49 @@ impl Layouts {
     }
 }
 
+impl Layouts {
+    /// Writes the picture of `film` to `picture`, a storage texture of its size.
+    pub fn resolve(&self, gpu: &Gpu, film: &Film, params: &wgpu::Buffer, picture: &wgpu::Texture) {
+        let frame = group(gpu, &self.resolve.get_bind_group_layout(0), &[params]);
+        let view = picture.create_view(&wgpu::TextureViewDescriptor::default());
+        let buffers = [&film.sum, &film.square, &film.totals[0], &film.totals[1]];
+        let mut entries: Vec<wgpu::BindGroupEntry> = (0..)
+            .zip(buffers)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        entries.push(wgpu::BindGroupEntry { binding: 4, resource: wgpu::BindingResource::TextureView(&view) });
+        let layout = self.resolve.get_bind_group_layout(1);
+        let film_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &layout,
+            entries: &entries,
+        });
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.resolve);
+            pass.set_bind_group(0, &frame, &[]);
+            pass.set_bind_group(1, &film_group, &[]);
+            pass.dispatch_workgroups(film.width.div_ceil(TILE), film.height.div_ceil(TILE), 1);
+        }
+        gpu.queue.submit([encoder.finish()]);
+    }
+}
+
+/// The texture that a film is resolved to.
+pub fn picture_texture(gpu: &Gpu, width: u32, height: u32) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("picture"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    })
+}
+
 /// A bind group of whole buffers, numbered from 0.
 pub fn group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
     let entries: Vec<wgpu::BindGroupEntry> = (0..)
@@ -122,6 +168,26 @@ pub fn group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer
         .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
         .collect();
     gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+}
+
+/// Links, validates and loads a shader file.
+pub fn module(gpu: &Gpu, source: &Source, file: &str, variant: &Variant) -> Result<wgpu::ShaderModule> {
+    let linked = source.link(file, variant)?;
+    linked.validate()?;
+    log::debug!(target: "shader", "{file}\n{}", linked.text);
+    let descriptor =
+        wgpu::ShaderModuleDescriptor { label: Some(file), source: wgpu::ShaderSource::Wgsl(linked.text.into()) };
+    let checks = wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..wgpu::ShaderRuntimeChecks::checked() };
+    // SAFETY: our own shaders. Every loop has a bound of its own (path: PATH_MAX_ITERATIONS, others count up to a
+    // uniform); indices into buffers keep their checks.
+    Ok(unsafe { gpu.device.create_shader_module_trusted(descriptor, checks) })
+}
+
+/// The error for a pipeline of `file` that the driver refused.
+pub fn refused(gpu: &Gpu, file: &str, e: &wgpu::Error) -> Error {
+    Error::new(Code::Shader, format!("shaders/{file}.wgsl could not be built on {}.", gpu.info.name))
+        .why(e.to_string().lines().next().unwrap_or_default().to_owned())
+        .hint("Please report it with the output of `nephele doctor`.")
 }
 
 /// Links, validates and builds a compute pipeline; with `layout` `None`, its layout follows the shader.
@@ -133,18 +199,8 @@ pub fn compute(
     variant: &Variant,
     layout: Option<&wgpu::PipelineLayout>,
 ) -> Result<wgpu::ComputePipeline> {
-    let linked = source.link(file, variant)?;
-    linked.validate()?;
-    log::debug!(target: "shader", "{file}\n{}", linked.text);
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let descriptor =
-        wgpu::ShaderModuleDescriptor { label: Some(file), source: wgpu::ShaderSource::Wgsl(linked.text.into()) };
-    // SAFETY: our own shaders. Every loop has a bound of its own (path: PATH_MAX_ITERATIONS, others count up to a
-    // uniform); indices into buffers keep their checks.
-    let module = unsafe {
-        let checks = wgpu::ShaderRuntimeChecks { force_loop_bounding: false, ..wgpu::ShaderRuntimeChecks::checked() };
-        gpu.device.create_shader_module_trusted(descriptor, checks)
-    };
+    let module = module(gpu, source, file, variant)?;
     let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(file),
         layout,
@@ -155,11 +211,7 @@ pub fn compute(
     });
     match pollster::block_on(scope.pop()) {
         None => Ok(pipeline),
-        Some(e) => {
-            Err(Error::new(Code::Shader, format!("shaders/{file}.wgsl could not be built on {}.", gpu.info.name))
-                .why(e.to_string().lines().next().unwrap_or_default().to_owned())
-                .hint("Please report it with the output of `nephele doctor`."))
-        }
+        Some(e) => Err(refused(gpu, file, &e)),
     }
 }
 

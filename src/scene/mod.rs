@@ -121,7 +121,7 @@ section! {
         /// A volume made by a recipe.
         procedural: Procedural = Procedural::None, label("Recipe"), effect(Effect::Volume);
         /// The seed of the recipe.
-        seed: u32 = 1, label("Cloud seed"), range(0.0, 4294967295.0), effect(Effect::Volume);
+        seed: u32 = 1, label("Cloud seed"), range(0.0, 4294967295.0), slider(0.0, 100.0), effect(Effect::Volume);
         /// Voxels along the longest side of the recipe's volume.
         resolution: u32 = 128, label("Resolution"), unit("voxels"), range(16.0, 512.0), effect(Effect::Volume);
         /// A volume given by a formula.
@@ -133,7 +133,7 @@ section! {
         /// World from the file's own world: a 4×4 matrix by rows, any invertible affine map.
         to_world: Matrix = Matrix::IDENTITY, label("To world"), effect(Effect::Placement);
         /// Resample so that no side has more voxels; 0: as stored.
-        max_resolution: u32 = 0, label("Max resolution"), unit("voxels"), range(0.0, 65536.0), effect(Effect::Volume);
+        max_resolution: u32 = 0, label("Max resolution"), unit("voxels"), range(0.0, 65536.0), slider(0.0, 1024.0), effect(Effect::Volume);
         /// Storage of the density on the adapter.
         precision: Precision = Precision::Auto, label("Precision"), effect(Effect::Volume);
     }
@@ -143,11 +143,11 @@ section! {
     /// What the density is made of.
     Medium {
         /// Factor from density to extinction. Auto: columns through the volume have a mean optical thickness of 40.
-        density_scale: Auto<f64> = Auto::Auto, label("Density"), symbol("σ"), unit("1/unit"), range(0.0, 1e30), scale(Scale::Log(0.01, 10000.0)), effect(Effect::Density);
+        density_scale: Auto<f64> = Auto::Auto, label("Density"), symbol("σ"), unit("1/unit"), range(0.0, 1e30), slider(0.01, 10000.0), scale(Scale::Log), effect(Effect::Density);
         /// Extinction factor of red, green and blue.
-        extinction: Colour = Colour([1.0; 3]), label("Extinction"), symbol("σₜ"), range(0.0, 1e6), effect(Effect::Spectrum);
+        extinction: Colour = Colour([1.0; 3]), label("Extinction"), symbol("σₜ"), range(0.0, 1e6), slider(0.0, 1.0), effect(Effect::Spectrum);
         /// Single-scattering albedo: the share of the light that a collision scatters and does not absorb.
-        albedo: Colour = Colour([0.99; 3]), label("Albedo"), symbol("ϖ"), range(0.0, 1.0), scale(Scale::OneMinus(0.99999)), decimals(5), effect(Effect::Albedo);
+        albedo: Colour = Colour([0.99; 3]), label("Albedo"), symbol("ϖ"), range(0.0, 1.0), slider(0.0, 0.99999), scale(Scale::OneMinusLog), decimals(5), effect(Effect::Albedo);
         /// The phase function: where a collision sends the light.
         phase: Phase = Phase::Hg, label("Phase"), effect(Effect::PhaseModel);
         /// Mean cosine of the scattering angle: above 0 forward, below 0 backward.
@@ -165,7 +165,7 @@ section! {
         /// From the scene towards the light.
         direction: DVec3 = DVec3::new(0.3, 0.8, 0.5), label("Direction"), effect(Effect::LightDirection);
         /// Irradiance on a surface that faces it.
-        irradiance: Colour = Colour([3.0, 2.9, 2.7]), label("Irradiance"), symbol("E"), range(0.0, 1e12), effect(Effect::LightStrength);
+        irradiance: Colour = Colour([3.0, 2.9, 2.7]), label("Irradiance"), symbol("E"), range(0.0, 1e12), slider(0.01, 100.0), scale(Scale::Log), effect(Effect::LightStrength);
         /// Angular diameter; 0 is a delta light that the camera does not see.
         angular_diameter: f64 = 0.0, label("Diameter"), symbol("α"), unit("°"), range(0.0, 180.0), effect(Effect::LightData);
     }
@@ -175,7 +175,7 @@ section! {
     /// The same radiance from everywhere.
     Constant {
         /// Radiance.
-        radiance: Colour = Colour([0.4, 0.5, 0.7]), label("Radiance"), symbol("L"), range(0.0, 1e12), effect(Effect::LightStrength);
+        radiance: Colour = Colour([0.4, 0.5, 0.7]), label("Radiance"), symbol("L"), range(0.0, 1e12), slider(0.001, 10.0), scale(Scale::Log), decimals(3), effect(Effect::LightStrength);
     }
 }
 
@@ -185,9 +185,9 @@ section! {
         /// An equirectangular `.exr` or `.hdr` map.
         file: FilePath = FilePath::default(), label("File"), effect(Effect::LightData);
         /// Factor on its radiance.
-        scale: f64 = 1.0, label("Scale"), range(0.0, 1e12), scale(Scale::Log(0.01, 100.0)), effect(Effect::LightStrength);
+        scale: f64 = 1.0, label("Scale"), range(0.0, 1e12), slider(0.01, 100.0), scale(Scale::Log), effect(Effect::LightStrength);
         /// Turn about +Y, counter-clockwise seen from above.
-        rotation: f64 = 0.0, label("Rotation"), unit("°"), range(-36000.0, 36000.0), decimals(1), effect(Effect::LightDirection);
+        rotation: f64 = 0.0, label("Rotation"), unit("°"), range(-36000.0, 36000.0), slider(-180.0, 180.0), decimals(1), effect(Effect::LightDirection);
     }
 }
 
@@ -197,13 +197,13 @@ section! {
         /// Height of the sun above the horizon.
         sun_elevation: f64 = 30.0, label("Elevation"), unit("°"), range(-90.0, 90.0), decimals(1), effect(Effect::LightData);
         /// Direction of the sun, from −Z towards +X.
-        sun_azimuth: f64 = 0.0, label("Azimuth"), unit("°"), range(-36000.0, 36000.0), decimals(1), effect(Effect::LightData);
+        sun_azimuth: f64 = 0.0, label("Azimuth"), unit("°"), range(-36000.0, 36000.0), slider(-180.0, 180.0), decimals(1), effect(Effect::LightData);
         /// Haze: 1 is pure air, 10 thick haze.
         turbidity: f64 = 3.0, label("Turbidity"), range(1.0, 10.0), effect(Effect::LightData);
         /// Share of the light that the ground reflects.
         ground_albedo: f64 = 0.2, label("Ground"), range(0.0, 1.0), effect(Effect::LightData);
         /// Factor on its radiance; at 1 a white horizontal surface under the default sky has luminance 1.
-        scale: f64 = 1.0, label("Scale"), range(0.0, 1e12), scale(Scale::Log(0.01, 100.0)), effect(Effect::LightStrength);
+        scale: f64 = 1.0, label("Scale"), range(0.0, 1e12), slider(0.01, 100.0), scale(Scale::Log), effect(Effect::LightStrength);
     }
 }
 
@@ -213,7 +213,7 @@ section! {
         /// Where it is.
         position: DVec3 = DVec3::ZERO, label("Position"), unit("units"), effect(Effect::LightDirection);
         /// Radiant intensity.
-        intensity: Colour = Colour([1.0; 3]), label("Intensity"), symbol("I"), unit("1/sr"), range(0.0, 1e30), effect(Effect::LightStrength);
+        intensity: Colour = Colour([1.0; 3]), label("Intensity"), symbol("I"), unit("1/sr"), range(0.0, 1e30), slider(0.01, 10000.0), scale(Scale::Log), effect(Effect::LightStrength);
     }
 }
 
@@ -227,11 +227,11 @@ section! {
         /// The direction that is up in the picture.
         up: DVec3 = DVec3::Y, label("Up"), effect(Effect::Camera);
         /// Full vertical angle of view.
-        fov_y: f64 = 40.0, label("Field of view"), unit("°"), range(0.1, 179.0), decimals(1), effect(Effect::Camera);
+        fov_y: f64 = 40.0, label("Field of view"), unit("°"), range(0.1, 179.0), slider(5.0, 120.0), decimals(1), effect(Effect::Camera);
         /// Radius of the lens; 0 is a pinhole.
-        aperture_radius: f64 = 0.0, label("Aperture"), unit("units"), range(0.0, 1e12), decimals(3), effect(Effect::Camera);
+        aperture_radius: f64 = 0.0, label("Aperture"), unit("units"), range(0.0, 1e12), slider(0.0, 1.0), decimals(3), effect(Effect::Camera);
         /// Distance along the axis at which the picture is sharp. Auto: the distance to the target.
-        focus_distance: Auto<f64> = Auto::Auto, label("Focus"), unit("units"), range(1e-12, 1e12), effect(Effect::Camera);
+        focus_distance: Auto<f64> = Auto::Auto, label("Focus"), unit("units"), range(1e-12, 1e12), slider(0.01, 1000.0), scale(Scale::Log), effect(Effect::Camera);
     }
 }
 
@@ -251,9 +251,9 @@ section! {
         /// How the picture is made.
         mode: Mode = Mode::Path, label("Mode"), effect(Effect::Method);
         /// Scattering events on a path at most; 0 is unscattered light only.
-        max_bounces: Limit = Limit::AtMost(64), label("Bounces"), range(0.0, 1000000.0), effect(Effect::Method), biased("any limit leaves out the light of longer paths");
+        max_bounces: Limit = Limit::AtMost(64), label("Bounces"), range(0.0, 1000000.0), slider(1.0, 1024.0), scale(Scale::Log), effect(Effect::Method), biased("any limit leaves out the light of longer paths");
         /// The seed of the random numbers.
-        seed: u32 = 0, label("Seed"), range(0.0, 4294967295.0), effect(Effect::Seed);
+        seed: u32 = 0, label("Seed"), range(0.0, 4294967295.0), slider(0.0, 100.0), effect(Effect::Seed);
     }
 }
 
@@ -275,7 +275,7 @@ section! {
     /// The way the picture is shown; never changes the data.
     Display {
         /// Exposure: the picture times 2 to this power.
-        exposure: f64 = 0.0, label("Exposure"), unit("EV"), range(-30.0, 30.0), decimals(2), effect(Effect::Display);
+        exposure: f64 = 0.0, label("Exposure"), unit("EV"), range(-30.0, 30.0), slider(-6.0, 6.0), decimals(2), effect(Effect::Display);
         /// From radiance to the screen.
         tone_map: ToneMapName = ToneMapName::Agx, label("Tone map"), effect(Effect::Display);
         /// Another quantity in place of the picture.

@@ -130,14 +130,14 @@ impl Effect {
 }
 
 /// How a slider spreads its range.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Evenly.
     Linear,
-    /// Evenly in the logarithm, between the two.
-    Log(f64, f64),
-    /// Evenly in −log₁₀(1 − x), up to the value.
-    OneMinus(f64),
+    /// Evenly in the logarithm.
+    Log,
+    /// Evenly in −log₁₀(1 − x): each nine of an albedo takes the same way.
+    OneMinusLog,
 }
 
 /// A setting: everything but its value.
@@ -161,6 +161,8 @@ pub struct Row {
     pub min: f64,
     /// Highest number allowed.
     pub max: f64,
+    /// What the slider spans, where the range itself is too wide for one.
+    pub slider: (f64, f64),
     /// Spread of the slider.
     pub scale: Scale,
     /// Digits after the point on screen.
@@ -184,6 +186,7 @@ impl Row {
             word,
             min: f64::NEG_INFINITY,
             max: f64::INFINITY,
+            slider: (0.0, 1.0),
             scale: Scale::Linear,
             decimals: 2,
             effect: Effect::None,
@@ -209,10 +212,17 @@ impl Row {
         self
     }
 
-    /// Allowed numbers, ends included.
+    /// Allowed numbers, ends included; also what the slider spans.
     pub const fn range(mut self, min: f64, max: f64) -> Row {
         self.min = min;
         self.max = max;
+        self.slider = (min, max);
+        self
+    }
+
+    /// What the slider spans, where the range itself is too wide for one.
+    pub const fn slider(mut self, low: f64, high: f64) -> Row {
+        self.slider = (low, high);
         self
     }
 

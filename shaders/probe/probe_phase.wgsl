@@ -1,0 +1,14 @@
+// The phase function: a sampled cosine and its value, and the value at a given cosine.
+//!use probe/probe
+//!use core/rng
+//!slot phase
+
+@compute @workgroup_size(64)
+fn probe_phase_main(@builtin(global_invocation_id) id: vec3u) {
+    if (id.x >= arrayLength(&probe_out)) {
+        return;
+    }
+    var rng = rng_start(id.x, slice.first_sample, params.seed);
+    let cosine = phase_cosine(&rng);
+    probe_out[id.x] = vec4f(cosine, phase_value(cosine), phase_value(probe_in[id.x].x), 0.0);
+}

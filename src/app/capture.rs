@@ -1,0 +1,100 @@
+//! Saving what is on screen: PNG and EXR with the whole scene inside, or the scene alone.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use crate::error::{Error, Result};
+use crate::image::tone;
+use crate::io::picture::{self, Metadata};
+use crate::render::Renderer;
+use crate::render::film::Sums;
+use crate::scene::Scene;
+
+/// Numbers that are tried for a free file name.
+const TRIES: u32 = 100_000;
+
+/// The folder that captures go to: the user's pictures, else the working folder.
+pub fn folder() -> PathBuf {
+    directories::UserDirs::new()
+        .and_then(|d| d.picture_dir().map(Path::to_path_buf))
+        .filter(|p| p.is_dir())
+        .or_else(|| std::env::current_dir().ok())
+        .unwrap_or_default()
+}
+
+/// The name of the scene's volume without its ending.
+pub fn stem(scene: &Scene) -> String {
+    let file = Path::new(&scene.volume.file.0).file_stem().map(|s| s.to_string_lossy().into_owned());
+    file.filter(|s| !s.is_empty()).unwrap_or_else(|| "cumulus".into())
+}
+
+/// A path `folder/stem_N` none of whose endings is taken.
+fn free(folder: &Path, stem: &str, endings: &[&str]) -> PathBuf {
+    let path = |n: u32| folder.join(format!("{stem}_{n}"));
+    let taken = |p: &Path| endings.iter().any(|e| p.with_extension(e).exists());
+    (1..TRIES).map(path).find(|p| !taken(p)).unwrap_or_else(|| path(TRIES))
+}
+
+/// Saves the picture as PNG and EXR; the path of both without the ending.
+pub fn picture(renderer: &Renderer, sums: &Sums, seconds: f64) -> Result<PathBuf> {
+    let scene = &renderer.scene;
+    let samples = sums.square.iter().map(|s| s[3]).fold(f64::INFINITY, f64::min) as u64;
+    let folder = folder();
+    let path = free(&folder, &format!("{}_{samples:04}spp", stem(scene)), &["png", "exr"]);
+    let paths = sums.square.iter().map(|s| s[3]).sum::<f64>();
+    let stats = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "adapter": renderer.gpu.info.name,
+        "backend": renderer.gpu.backend(),
+        "width": sums.width,
+        "height": sums.height,
+        "spp": samples,
+        "seed": scene.integrator.seed,
+        "mode": scene.integrator.mode.name(),
+        "render_seconds": seconds,
+        "paths": paths,
+        "relative_error": sums.relative_error(),
+        "biased": false,
+    });
+    let mut saved = scene.clone();
+    (saved.film.width, saved.film.height) = (sums.width, sums.height);
+    let meta = Metadata {
+        scene_toml: saved.to_toml(&folder),
+        stats_json: stats.to_string(),
+        software: format!("nephele {}", env!("CARGO_PKG_VERSION")),
+        description: format!("{samples} samples per pixel, mode {}", scene.integrator.mode.name()),
+    };
+    let display = tone::Display {
+        exposure: scene.display.exposure as f32,
+        tone_map: tone::ToneMap::ALL[scene.display.tone_map as usize],
+    };
+    let image = sums.image(&[], scene.medium.albedo.0, None);
+    for ending in ["png", "exr"] {
+        picture::save(&path.with_extension(ending), &image, &meta, &display)?;
+    }
+    Ok(path)
+}
+
+/// Saves the scene as TOML; its path.
+pub fn scene(scene: &Scene) -> Result<PathBuf> {
+    let folder = folder();
+    let path = free(&folder, &stem(scene), &["toml"]).with_extension("toml");
+    let text = scene.to_toml(&folder);
+    picture::write_whole(&path, |f| std::io::Write::write_all(f, text.as_bytes()))
+        .map_err(|e: Error| e.hint("Choose a pictures folder that can be written to."))?;
+    Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_never_taken_twice() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let first = free(folder.path(), "a", &["png", "exr"]);
+        std::fs::write(first.with_extension("exr"), "").expect("writes");
+        assert_ne!(free(folder.path(), "a", &["png", "exr"]), first);
+    }
+}

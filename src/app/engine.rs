@@ -1,0 +1,377 @@
+//! Drives the renderer for the window: loads volumes on a thread, chooses resolution and work, keeps the figures.
+
+use std::sync::{Arc, mpsc};
+use std::time::Instant;
+
+use crate::error::{Error, Result};
+use crate::gpu::device::Gpu;
+use crate::gpu::shader::Source;
+use crate::render::field::Field;
+use crate::render::film::{Counters, Sums};
+use crate::render::medium::Medium;
+use crate::render::pace::Pace;
+use crate::render::{Renderer, Work};
+use crate::scene::row::Effect;
+use crate::scene::{Scene, Volume};
+
+/// Linear scales of the picture while things move.
+const SCALES: [f64; 14] = [1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.27, 0.25, 0.21, 0.18, 0.15, 0.125];
+/// After this time without a change the picture is drawn at full resolution, seconds.
+const SETTLE: f64 = 0.2;
+/// Frame time to reach on a software adapter and on a device, seconds.
+const TARGET_SOFTWARE: f64 = 0.1;
+const TARGET_GPU: f64 = 1.0 / 60.0;
+/// The tracer gets at least this share of a frame.
+const LEAST_SHARE: f64 = 0.3;
+/// A growing scale must fit with this reserve, so that it does not swing.
+const RESERVE: f64 = 0.9;
+/// Weight of the newest measurement in running means.
+const NEWEST: f64 = 0.2;
+/// Seconds between looks at the counters, and at the film for the error.
+const COUNT_EVERY: f64 = 0.25;
+const ERROR_EVERY: f64 = 1.5;
+
+/// What the status bar and the panels show.
+#[derive(Clone, Debug, Default)]
+pub struct Figures {
+    /// Samples that every pixel has.
+    pub samples: u32,
+    /// Seconds of drawing since the picture began.
+    pub seconds: f64,
+    /// Paths a second.
+    pub paths_per_second: f64,
+    /// Linear scale of the picture.
+    pub scale: f64,
+    /// Relative error, where it is known.
+    pub error: Option<f64>,
+    /// Events since the picture began.
+    pub counters: Counters,
+    /// Paths that they belong to.
+    pub paths: f64,
+}
+
+/// A volume that a thread loads.
+struct Loading {
+    volume: Volume,
+    since: Instant,
+    result: mpsc::Receiver<Result<Medium>>,
+}
+
+/// The renderer and what drives it.
+pub struct Engine {
+    /// The device.
+    pub gpu: Arc<Gpu>,
+    /// The renderer, once a volume is there.
+    pub renderer: Option<Renderer>,
+    /// Figures for people.
+    pub figures: Figures,
+    /// Whether resolution falls while things move.
+    pub dynamic: bool,
+    /// Samples after which the picture is done; 0: never.
+    pub sample_limit: u32,
+    loading: Option<Loading>,
+    failed: Option<Volume>,
+    loaded: Option<Volume>,
+    pace: Pace,
+    scale: f64,
+    size: (u32, u32),
+    last_change: f64,
+    overhead: f64,
+    counted: f64,
+    error_at: f64,
+    first_picture: bool,
+}
+
+/// What a frame brought.
+#[derive(Default)]
+pub struct Outcome {
+    /// The picture on screen is another one.
+    pub new_picture: bool,
+    /// More work is left.
+    pub busy: bool,
+    /// A volume was loaded, with what was noticed.
+    pub loaded: bool,
+    /// What went wrong.
+    pub errors: Vec<Error>,
+    /// The scene must go back to this volume.
+    pub restore_volume: Option<Volume>,
+}
+
+impl Engine {
+    /// An engine without a volume yet.
+    pub fn new(gpu: Arc<Gpu>) -> Engine {
+        let target = if gpu.is_software() { TARGET_SOFTWARE } else { TARGET_GPU };
+        Engine {
+            gpu,
+            renderer: None,
+            figures: Figures { scale: 1.0, ..Figures::default() },
+            dynamic: true,
+            sample_limit: 0,
+            loading: None,
+            failed: None,
+            loaded: None,
+            pace: Pace::new(target),
+            scale: SCALES[SCALES.len() - 1],
+            size: (0, 0),
+            last_change: f64::NEG_INFINITY,
+            overhead: 0.0,
+            counted: f64::NEG_INFINITY,
+            error_at: f64::NEG_INFINITY,
+            first_picture: false,
+        }
+    }
+
+    /// Whether a volume is being read, and since when.
+    pub fn loading(&self) -> Option<f64> {
+        self.loading.as_ref().map(|l| l.since.elapsed().as_secs_f64())
+    }
+
+    /// Whether the picture has appeared at least once.
+    pub fn has_picture(&self) -> bool {
+        self.first_picture
+    }
+
+    /// Reads the volume of the scene again.
+    pub fn reload(&mut self) {
+        self.loaded = None;
+        self.failed = None;
+    }
+
+    /// Notes what a frame took outside the tracer, seconds.
+    pub fn note_overhead(&mut self, seconds: f64) {
+        self.overhead += NEWEST * (seconds - self.overhead);
+    }
+
+    /// Seconds that a frame should take.
+    pub fn frame_target(&self) -> f64 {
+        if self.gpu.is_software() { TARGET_SOFTWARE } else { TARGET_GPU }
+    }
+
+    fn budget(&self) -> f64 {
+        let target = self.frame_target();
+        (target - self.overhead).max(target * LEAST_SHARE)
+    }
+
+    /// Draws for one frame of the window: `viewport` in pixels, `now` in seconds. `held`: nothing is drawn but what a
+    /// change asks for. `moving`: treat the scene as changing (the benchmark).
+    pub fn frame(&mut self, scene: &Scene, viewport: (u32, u32), now: f64, held: bool, moving: bool) -> Outcome {
+        let mut outcome = Outcome::default();
+        let medium = self.poll_loading(scene, &mut outcome);
+        // Until new data is there, the old volume stays in the picture.
+        let mut shown = scene.clone();
+        match (&medium, &self.loaded) {
+            (None, Some(loaded)) => shown.volume = Volume { to_world: scene.volume.to_world, ..loaded.clone() },
+            (None, None) => return Outcome { busy: self.loading.is_some(), ..outcome },
+            (Some(_), _) => {}
+        }
+        shown.film.width = viewport.0.max(1);
+        shown.film.height = viewport.1.max(1);
+        if let Err(e) = self.advance(&shown, medium, now, held, moving, &mut outcome) {
+            outcome.errors.push(e);
+        }
+        outcome
+    }
+
+    /// The medium of a load that has finished; begins a load where the scene names another volume.
+    fn poll_loading(&mut self, scene: &Scene, outcome: &mut Outcome) -> Option<Medium> {
+        let mut medium = None;
+        if let Some(loading) = &self.loading {
+            match loading.result.try_recv() {
+                Err(mpsc::TryRecvError::Empty) => outcome.busy = true,
+                Err(mpsc::TryRecvError::Disconnected) => {
+                    outcome.errors.push(Error::new(crate::error::Code::Failed, "The volume's reader stopped."));
+                    self.failed = self.loading.take().map(|l| l.volume);
+                }
+                Ok(result) => {
+                    let volume = self.loading.take().map(|l| l.volume);
+                    match result {
+                        Ok(m) => {
+                            self.loaded = volume;
+                            outcome.loaded = true;
+                            medium = Some(m);
+                        }
+                        Err(e) => {
+                            outcome.errors.push(e);
+                            outcome.restore_volume = self.loaded.clone();
+                            self.failed = volume;
+                        }
+                    }
+                }
+            }
+        }
+        let same = |other: &Option<Volume>| other.as_ref().is_some_and(|v| same_data(v, &scene.volume));
+        if self.loading.is_none() && !same(&self.loaded) && !same(&self.failed) {
+            let (send, result) = mpsc::channel();
+            let (gpu, wanted) = (self.gpu.clone(), scene.clone());
+            std::thread::spawn(move || {
+                let medium = Field::load(&wanted.volume).and_then(|f| Medium::new(&gpu, Arc::new(f), &wanted));
+                // Nobody may want it any more.
+                let _ = send.send(medium);
+            });
+            self.loading = Some(Loading { volume: scene.volume.clone(), since: Instant::now(), result });
+            outcome.busy = true;
+        }
+        medium
+    }
+
+    fn advance(
+        &mut self,
+        scene: &Scene,
+        medium: Option<Medium>,
+        now: f64,
+        held: bool,
+        moving: bool,
+        outcome: &mut Outcome,
+    ) -> Result<()> {
+        let budget = self.budget();
+        let renderer = match &mut self.renderer {
+            Some(r) => r,
+            none => {
+                let Some(medium) = medium else { return Ok(()) };
+                let renderer = Renderer::new(self.gpu.clone(), Source::standard(), scene, medium, (1, 1), false)?;
+                self.last_change = now;
+                *none = Some(renderer);
+                outcome.busy = true;
+                return Ok(());
+            }
+        };
+        let changes = scene.changes(&renderer.scene);
+        let resized = self.size != (scene.film.width, scene.film.height);
+        if changes.accumulation || medium.is_some() || resized || moving {
+            self.last_change = now;
+        }
+        let preview = self.dynamic && now - self.last_change < SETTLE || moving;
+        self.size = (scene.film.width, scene.film.height);
+        let pixels = f64::from(self.size.0) * f64::from(self.size.1);
+        let (old_size, wanted) = (renderer.size(), if preview { None } else { Some(1.0) });
+        let scale = wanted.unwrap_or_else(|| {
+            let rate = self.pace.rate().unwrap_or(0.0) * f64::from(old_size.0) * f64::from(old_size.1);
+            let fits = |s: f64, reserve: f64| s * s * pixels <= rate * reserve;
+            let least = SCALES[SCALES.len() - 1];
+            if rate == 0.0 {
+                least
+            } else if self.scale < 1.0 && fits(self.scale, budget) && !fits(next_larger(self.scale), budget * RESERVE) {
+                self.scale
+            } else {
+                SCALES.into_iter().find(|&s| fits(s, budget * RESERVE)).unwrap_or(least)
+            }
+        });
+        self.scale = scale;
+        let size = scaled(self.size, scale);
+        if size != old_size {
+            let ratio = f64::from(size.0) * f64::from(size.1) / (f64::from(old_size.0) * f64::from(old_size.1));
+            self.pace.rescale(ratio);
+        }
+        let made = renderer.update(scene, size, medium)?;
+        if made.accumulation {
+            self.figures = Figures { scale, paths_per_second: self.figures.paths_per_second, ..Figures::default() };
+            self.error_at = now;
+        }
+        self.figures.scale = scale;
+        if !renderer.poll()? {
+            outcome.busy = true;
+            return Ok(());
+        }
+        let progress = renderer.progress();
+        let done = self.sample_limit > 0 && progress.samples >= self.sample_limit;
+        if !done && (!held || progress.samples == 0) {
+            let before = Instant::now();
+            let tiles = renderer.tiles();
+            let submitted = if preview {
+                // A whole pass: every pixel shows the newest camera.
+                renderer.submit(Work { samples: 1, groups: u32::MAX })?
+            } else {
+                self.pace.budget = budget;
+                let left = if self.sample_limit > 0 { self.sample_limit - progress.samples } else { u32::MAX };
+                renderer.submit(self.pace.next(progress, left, tiles))?
+            };
+            self.gpu.wait()?;
+            let seconds = before.elapsed().as_secs_f64();
+            self.pace.note(submitted, seconds);
+            self.note_work(submitted * f64::from(size.0) * f64::from(size.1), seconds, now, outcome)?;
+            outcome.busy = true;
+        }
+        let view_changed = changes.view && self.first_picture && !changes.accumulation;
+        if view_changed
+            && let Some(renderer) = &mut self.renderer
+            && renderer.progress().samples > 0
+        {
+            renderer.resolve();
+            outcome.new_picture = true;
+        }
+        Ok(())
+    }
+
+    /// Books finished work, and resolves the picture when a pass is complete.
+    fn note_work(&mut self, paths: f64, seconds: f64, now: f64, outcome: &mut Outcome) -> Result<()> {
+        let Some(renderer) = &mut self.renderer else { return Ok(()) };
+        let figures = &mut self.figures;
+        figures.seconds += seconds;
+        figures.paths += paths;
+        let speed = paths / seconds.max(1e-6);
+        let weight = if figures.paths_per_second == 0.0 { 1.0 } else { NEWEST };
+        figures.paths_per_second += weight * (speed - figures.paths_per_second);
+        let progress = renderer.progress();
+        figures.samples = progress.samples;
+        if progress.samples > 0 && progress.pass == 0 {
+            renderer.resolve();
+            self.first_picture = true;
+            outcome.new_picture = true;
+        }
+        if now - self.counted > COUNT_EVERY {
+            self.counted = now;
+            figures.counters = renderer.film.count(&self.gpu)?;
+        }
+        // Reading the film costs a little: seldom, and not while things move.
+        if progress.pass == 0 && progress.samples > 1 && now - self.error_at > ERROR_EVERY && self.scale == 1.0 {
+            self.error_at = now;
+            figures.error = renderer.film.read(&self.gpu)?.relative_error();
+        }
+        Ok(())
+    }
+
+    /// The sums of the picture, for a capture.
+    pub fn sums(&self) -> Result<Option<Sums>> {
+        match &self.renderer {
+            Some(r) if r.progress().samples > 0 => r.film.read(&self.gpu).map(Some),
+            _ => Ok(None),
+        }
+    }
+}
+
+fn next_larger(scale: f64) -> f64 {
+    SCALES.into_iter().rev().find(|&s| s > scale).unwrap_or(1.0)
+}
+
+fn scaled(size: (u32, u32), scale: f64) -> (u32, u32) {
+    let side = |n: u32| ((f64::from(n) * scale).round() as u32).max(1);
+    (side(size.0), side(size.1))
+}
+
+/// Whether two volumes need the same data: all that a placement does not change.
+fn same_data(a: &Volume, b: &Volume) -> bool {
+    use crate::scene::row::Section;
+    Volume::ROWS.iter().enumerate().all(|(i, row)| row.effect != Effect::Volume || a.get(i) == b.get(i))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_placement_needs_no_new_data() {
+        let a = Volume::default();
+        let mut b = a.clone();
+        b.to_world.0[3] = 2.0;
+        assert!(same_data(&a, &b));
+        b.seed = 2;
+        assert!(!same_data(&a, &b));
+    }
+
+    #[test]
+    fn scales_shrink_both_sides() {
+        assert_eq!(scaled((1280, 720), 0.25), (320, 180));
+        assert_eq!(scaled((3, 1), 0.125), (1, 1));
+        assert_eq!(next_larger(0.25), 0.27);
+    }
+}

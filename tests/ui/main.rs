@@ -1,0 +1,7 @@
+//! The window without a window: panels and widgets driven by their accessible names.
+//!
+//! The harness also panics on any input without an accessible name, and on any sign that no font has.
+
+mod cards;
+mod harness;
+mod widgets;
