@@ -32,7 +32,8 @@ fn environment_world(w: vec3f) -> vec3f {
 fn environment_uv(w: vec3f) -> vec2f {
     let e = environment_frame(w);
     let u = 0.5 + atan2(e.x, -e.z) / (2.0 * MATH_PI);
-    return vec2f(u, acos(clamp(e.y, -1.0, 1.0)) / MATH_PI);
+    // Drivers may compute acos badly; atan2 holds.
+    return vec2f(u, atan2(length(e.xz), e.y) / MATH_PI);
 }
 
 fn environment_texel(x: i32, y: i32, size: vec2i) -> vec3f {

@@ -12,7 +12,9 @@ const GRID_LEVEL_BITS: u32 = 15u;  // low bits of a word: the level; the rest is
 // The majorant of the stored value where the ray is, and the t up to which it holds: more than `ray.t`.
 fn majorant_segment(ray: Ray) -> vec2f {
     let last = vec3i(textureDimensions(grid_cells)) - 1;
-    let p = ray_at(ray, ray.t + ray.epsilon);
+    // A nudge along each axis rather than along the ray: from a face that the ray hardly leaves, it would not get away.
+    let nudge = select(vec3f(-params.epsilon), vec3f(params.epsilon), ray.direction > vec3f(0.0));
+    let p = ray_at(ray, ray.t) + nudge;
     let c = clamp(vec3i(floor(p * params.inv_cell)), vec3i(0), last);
     let word = textureLoad(grid_cells, c, 0).x;
     let level = word & GRID_LEVEL_BITS;

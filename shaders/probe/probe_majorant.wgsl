@@ -14,7 +14,11 @@ fn probe_majorant_main(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var ray = ray_new(probe_in[2u * id.x].xyz, probe_in[2u * id.x + 1u].xyz);
-    probe_out[first] = vec4f(ray.t, ray.exit, ray.epsilon, 0.0);
+    let travelled = ray.t;
+    ray.origin = ray_at(ray, ray.t);
+    ray.exit -= ray.t;
+    ray.t = 0.0;
+    probe_out[first] = vec4f(ray.t, ray.exit, ray.epsilon, travelled);
     for (var i = 1u; i < slice.samples && ray.t < ray.exit; i++) {
         let segment = majorant_segment(ray);
         let far = min(segment.y, ray.exit);

@@ -9,7 +9,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand};
 
 use crate::app::prefs::Prefs;
 use crate::app::shell;
-use crate::error::Result;
+use crate::error::{Code, Error, Result};
 use crate::input;
 use crate::scene::Scene;
 
@@ -109,8 +109,12 @@ struct CompareFlags {
 pub fn main(start: Instant) -> ExitCode {
     let mut builder = env_logger::Builder::new();
     builder.parse_filters(&std::env::var("NEPHELE_LOG").unwrap_or_else(|_| "off".into())).init();
-    // clap prints help to stdout (exit 0) and usage errors to stderr (exit 2) by itself.
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) if e.use_stderr() => return usage_error(&e),
+        // Help and version.
+        Err(e) => e.exit(),
+    };
     let (out, err) = (&mut std::io::stdout(), &mut std::io::stderr());
     let result = match cli.command {
         None => view(cli.view, start),
@@ -135,6 +139,18 @@ pub fn main(start: Instant) -> ExitCode {
             ExitCode::from(error.code.exit())
         }
     }
+}
+
+/// One message for a command line that does not fit, as for every other error.
+fn usage_error(e: &clap::Error) -> ExitCode {
+    let text = e.to_string();
+    let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
+    let what = lines.next().unwrap_or("The command line does not fit.").trim_start_matches("error: ").to_owned();
+    let hints: Vec<&str> =
+        lines.filter(|l| l.starts_with("tip:") || l.starts_with('<') || l.starts_with('-')).collect();
+    let error = Error::new(Code::BadKey, what).why(hints.join(" ")).hint("`nephele --help` lists commands and flags.");
+    eprintln!("{error}");
+    ExitCode::from(error.code.exit())
 }
 
 /// Opens the window.

@@ -229,6 +229,8 @@ struct Picture {
     sums: Sums,
     /// Variance between runs, where there were several.
     variance: Option<Vec<[f64; 3]>>,
+    /// Independent runs behind it.
+    runs: u32,
     /// Samples of each pixel, the fewest of all.
     samples: u64,
 }
@@ -279,7 +281,7 @@ impl Run<'_> {
         }
         let sums = total.expect("at least one run");
         let samples = sums.square.iter().map(|s| s[3]).fold(f64::INFINITY, f64::min) as u64;
-        Ok(Picture { sums, variance: (runs > 1).then(|| between.variance()), samples })
+        Ok(Picture { sums, variance: (runs > 1).then(|| between.variance()), runs, samples })
     }
 
     /// Draws until a limit is reached.
@@ -351,7 +353,7 @@ impl Run<'_> {
                 let n = variance.len() as f64;
                 let mean =
                     (0..variance.len()).map(|p| picture.sums.mean(p).iter().sum::<f64>()).sum::<f64>() / (3.0 * n);
-                let runs = f64::from(self.args.repeat);
+                let runs = f64::from(picture.runs);
                 let spread = variance.iter().map(|v| v.iter().sum::<f64>()).sum::<f64>() / (3.0 * n * runs);
                 (mean > 0.0).then(|| spread.sqrt() / mean)
             }
@@ -372,11 +374,12 @@ impl Run<'_> {
             "width": scene.film.width,
             "height": scene.film.height,
             "spp": picture.samples,
+            "repeat": picture.runs,
             "seed": scene.integrator.seed,
             "mode": scene.integrator.mode.name(),
             "setup_seconds": self.setup_seconds,
             "render_seconds": self.render_seconds,
-            "paths": self.paths,
+            "paths": self.paths as u64,
             "paths_per_second": self.paths / self.render_seconds.max(f64::MIN_POSITIVE),
             "lookups": c.lookups,
             "null_collisions": c.null_collisions,

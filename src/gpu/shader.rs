@@ -45,6 +45,13 @@ catalogue![
     "phase/lobe",
     "phase/rayleigh",
     "phase/two_lobe_hg",
+    "probe/probe",
+    "probe/probe_light",
+    "probe/probe_majorant",
+    "probe/probe_medium",
+    "probe/probe_phase",
+    "probe/probe_rng",
+    "probe/probe_tone_map",
     "spectrum/grey",
     "spectrum/hero",
 ];

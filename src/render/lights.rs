@@ -35,6 +35,9 @@ const DELTA_SUN: u32 = 0;
 const DISC: u32 = 1;
 const POINT: u32 = 2;
 
+/// A sun of less than so many degrees is a delta light: 32-bit directions cannot tell its edge from its inside.
+const LEAST_DISC: f64 = 0.01;
+
 /// Data of lights that are dear to make; kept while only strengths and directions change.
 #[derive(Clone, Debug, Default)]
 pub struct LightData {
@@ -175,7 +178,7 @@ impl Lights {
         }
         powers.push(luminance(irradiance));
         let half = (sun.angular_diameter * 0.5).to_radians();
-        self.list.push(if sun.angular_diameter > 0.0 {
+        self.list.push(if sun.angular_diameter >= LEAST_DISC {
             let projected = std::f64::consts::PI * half.sin().powi(2);
             let value = irradiance.map(|e| (e / projected) as f32);
             let chord2 = (4.0 * (half * 0.5).sin().powi(2)) as f32;

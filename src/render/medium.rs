@@ -116,9 +116,12 @@ impl Medium {
         let size = padded.as_ref().map_or(UVec3::ONE, |p| p.size);
         let texture = upload_density(gpu, padded.as_ref(), storage);
         gpu.check()?;
-        // Samplers of real devices round the weights; software ones do not.
-        let exact = storage == Storage::F32
-            && !(gpu.is_software() && gpu.features.contains(wgpu::Features::FLOAT32_FILTERABLE));
+        // Samplers of real devices round the weights; software ones do not, but for 8-bit textures.
+        let exact = match storage {
+            Storage::F32 => !(gpu.is_software() && gpu.features.contains(wgpu::Features::FLOAT32_FILTERABLE)),
+            Storage::U8 => gpu.is_software(),
+            Storage::F16 | Storage::Analytic => false,
+        };
         let filter = if field.nearest { wgpu::FilterMode::Nearest } else { wgpu::FilterMode::Linear };
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("density"),

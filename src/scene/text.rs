@@ -1,7 +1,7 @@
 //! Scenes as text: TOML in and out, keys by name, messages that name the key, the line and the nearest known key.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
@@ -111,7 +111,7 @@ impl Scene {
         Reader { text, name, folder }.scene()
     }
 
-    /// The whole scene as TOML. Paths inside `folder` are written relative to it.
+    /// The whole scene as TOML. Paths are written relative to `folder`, unless it is empty.
     pub fn to_toml(&self, folder: &Path) -> String {
         let mut out = format!("version = {VERSION}\n");
         let mut section = |title: &str, section: &dyn Section, kind: Option<&str>| {
@@ -148,19 +148,40 @@ impl Scene {
     }
 }
 
-/// `path` from `folder`, where it lies inside it.
-fn relative(path: &str, folder: &Path) -> String {
-    match Path::new(path).strip_prefix(folder) {
-        Ok(rest) if !folder.as_os_str().is_empty() => rest.to_string_lossy().into_owned(),
-        _ => path.to_owned(),
+/// `path` without `.` and `..`, by its text alone.
+fn normal(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(out.components().next_back(), Some(Component::Normal(_))) => {
+                out.pop();
+            }
+            other => out.push(other),
+        }
     }
+    out
+}
+
+/// `path` as seen from `folder`; as it is where `folder` is empty or the two have no root in common.
+fn relative(path: &str, folder: &Path) -> String {
+    let (path_parts, folder) = (normal(Path::new(path)), normal(folder));
+    let (mut ours, mut theirs) = (path_parts.components().peekable(), folder.components().peekable());
+    if path.is_empty() || folder.as_os_str().is_empty() || ours.peek() != theirs.peek() {
+        return path.to_owned();
+    }
+    while ours.peek().is_some() && ours.peek() == theirs.peek() {
+        ours.next();
+        theirs.next();
+    }
+    let up = theirs.map(|_| Component::ParentDir);
+    up.chain(ours).collect::<PathBuf>().to_string_lossy().into_owned()
 }
 
 fn resolve(value: Value, folder: &Path) -> Value {
     match value {
         Value::Text(path) if !path.is_empty() && Path::new(&path).is_relative() => {
-            let joined: PathBuf = folder.join(path);
-            Value::Text(joined.to_string_lossy().into_owned())
+            Value::Text(normal(&folder.join(path)).to_string_lossy().into_owned())
         }
         other => other,
     }
@@ -257,10 +278,12 @@ impl Reader<'_> {
     fn light(&self, value: &DeValue, at: usize) -> Result<Light> {
         let kinds = || Light::KINDS.iter().map(|(k, _)| format!("\"{k}\"")).collect::<Vec<_>>().join(", ");
         let table = value.as_table().ok_or_else(|| self.error(at, "a light is a table: [[lights]]."))?;
-        let kind = table.get("kind").and_then(|v| v.get_ref().as_str());
+        let value = table.get("kind");
+        let kind = value.and_then(|v| v.get_ref().as_str());
         let kind = kind.ok_or_else(|| self.error(at, format!("a light needs a kind: {}.", kinds())))?;
+        let place = value.map_or(at, |v| v.span().start);
         let mut light = Light::of_kind(kind)
-            .ok_or_else(|| self.error(at, format!("lights.kind: \"{kind}\" is not one of {}.", kinds())))?;
+            .ok_or_else(|| self.error(place, format!("lights.kind: \"{kind}\" is not one of {}.", kinds())))?;
         self.fill(light.section_mut(), "lights", table, &["kind"])?;
         Ok(light)
     }
@@ -336,7 +359,7 @@ mod tests {
         let e = parse("[medium]\nphase = \"foo\"").expect_err("choice").to_string();
         assert!(e.contains("\"rayleigh\"") && e.contains("two-lobe-hg"), "{e}");
         let e = parse("[[lights]]\nkind = \"lamp\"").expect_err("kind").to_string();
-        assert!(e.contains("\"point\"") && e.contains("s.toml:1"), "{e}");
+        assert!(e.contains("\"point\"") && e.contains("s.toml:2"), "{e}");
         assert!(parse("[medium]\ng = \"x\"").is_err() && parse("[film]\nwidth = 1.5").is_err());
         assert!(parse("[film]\nwidth = 0").is_err() && parse("[camera]\nposition = [1, 2]").is_err());
         assert!(parse("[camera]\nposition = [1, 2, nan]").is_err());
@@ -352,6 +375,8 @@ mod tests {
         scene.set("lights.0.direction=[0,1,0]", Path::new("")).expect("a vector");
         assert!(scene.set("lights.7.direction=[0,1,0]", Path::new("")).is_err());
         assert!(scene.set("medium.g", Path::new("")).is_err());
-        assert_eq!(parse(&scene.to_toml(Path::new("/data"))).expect("own text").volume.file.0, "x.vdb");
+        let seen_from = |folder: &str| parse(&scene.to_toml(Path::new(folder))).expect("own text").volume.file.0;
+        assert_eq!(seen_from("/data"), "x.vdb");
+        assert_eq!(seen_from("/pictures/new"), "../../data/x.vdb");
     }
 }
