@@ -2,11 +2,13 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel};
 use image::ImageDecoder;
 
+use super::picture::refused_codec;
 use crate::error::{Code, Error, Result, Warning};
 use crate::light::environment::Map;
 
@@ -86,6 +88,9 @@ fn read_exr<R: Read + Seek>(mut file: BufReader<R>, length: u64) -> std::result:
     let (width, height) = checked(window.size.x() as u64, window.size.y() as u64, length)?;
     for header in &meta.headers {
         checked(header.layer_size.x() as u64, header.layer_size.y() as u64, length)?;
+        if let Some(why) = refused_codec(header.compression) {
+            return Err(why);
+        }
     }
     let has = |channels: &[&str]| {
         meta.headers.iter().find(|header| {
@@ -108,17 +113,19 @@ fn read_exr<R: Read + Seek>(mut file: BufReader<R>, length: u64) -> std::result:
         }
     };
     let reader = exr::prelude::read().no_deep_data().largest_resolution_level();
-    let texels = if names[0] == "Y" {
-        let image = reader
-            .specific_channels()
-            .required("Y")
-            .collect_pixels(move |_, _| black(), move |texels, at, (y,): (f32,)| place(texels, at, [y; 3]))
-            .first_valid_layer()
-            .all_attributes()
-            .from_buffered(file)
-            .map_err(told)?;
-        image.layer_data.channel_data.pixels
-    } else {
+    let gray = names[0] == "Y";
+    // As for pictures: the PIZ decoder panics on some damaged blocks.
+    let decoded = catch_unwind(AssertUnwindSafe(move || {
+        if gray {
+            let image = reader
+                .specific_channels()
+                .required("Y")
+                .collect_pixels(move |_, _| black(), move |texels, at, (y,): (f32,)| place(texels, at, [y; 3]))
+                .first_valid_layer()
+                .all_attributes()
+                .from_buffered(file)?;
+            return Ok(image.layer_data.channel_data.pixels);
+        }
         let image = reader
             .rgb_channels(
                 move |_, _| black(),
@@ -126,10 +133,10 @@ fn read_exr<R: Read + Seek>(mut file: BufReader<R>, length: u64) -> std::result:
             )
             .first_valid_layer()
             .all_attributes()
-            .from_buffered(file)
-            .map_err(told)?;
-        image.layer_data.channel_data.pixels
-    };
+            .from_buffered(file)?;
+        Ok(image.layer_data.channel_data.pixels)
+    }));
+    let texels = decoded.map_err(|_| "The decoder met impossible data.".to_owned())?.map_err(told)?;
     Ok(Map { width, height, texels })
 }
 

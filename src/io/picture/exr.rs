@@ -96,10 +96,15 @@ pub fn read_texts(bytes: &[u8]) -> std::result::Result<Texts, Fault> {
 /// Refuses the codecs whose decoders in `exr` 1.74 do not stand damaged data: B44 overflows (a panic in debug builds),
 /// DWA asks for as much memory as the data claims and then aborts, HTJ2K is optional there.
 fn check_codec(codec: Compression) -> std::result::Result<(), Fault> {
+    refused_codec(codec).map_or(Ok(()), |why| Err(Fault::Unsupported(why)))
+}
+
+/// Why a codec is refused; `None` if it is read.
+pub fn refused_codec(codec: Compression) -> Option<String> {
     use Compression::{PIZ, PXR24, RLE, Uncompressed, ZIP1, ZIP16};
     match codec {
-        Uncompressed | RLE | ZIP1 | ZIP16 | PIZ | PXR24 => Ok(()),
-        _ => Err(Fault::Unsupported(format!("Its compression is {codec}; none, RLE, ZIP, PIZ and PXR24 are read."))),
+        Uncompressed | RLE | ZIP1 | ZIP16 | PIZ | PXR24 => None,
+        _ => Some(format!("Its compression is {codec}; none, RLE, ZIP, PIZ and PXR24 are read.")),
     }
 }
 

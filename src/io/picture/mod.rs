@@ -12,6 +12,7 @@ use crate::image::Image;
 use crate::image::tone::Display;
 
 mod exr;
+pub use exr::refused_codec;
 mod pfm;
 mod png;
 
