@@ -28,18 +28,23 @@ pub struct Gpu {
     errors: Arc<Mutex<Vec<String>>>,
 }
 
-/// An instance for every backend that the environment allows (`WGPU_BACKEND`).
+/// An instance for the backends that the environment names (`WGPU_BACKEND`); else for the modern ones, and with GL only
+/// where those have no adapter: GL is slow to ask and prints to stderr.
 pub fn instance() -> wgpu::Instance {
+    let named = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+    if std::env::var_os("WGPU_BACKEND").is_some() {
+        return wgpu::Instance::new(named);
+    }
+    let modern = wgpu::Instance::new(wgpu::InstanceDescriptor { backends: wgpu::Backends::PRIMARY, ..named });
+    if !adapters(&modern).is_empty() {
+        return modern;
+    }
     wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env())
 }
 
-/// Every adapter, best first; GL ones only where there is no other (asking GL is slow and prints to stderr).
+/// Every adapter of an instance, best first.
 pub fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
-    let ask = |backends| pollster::block_on(instance.enumerate_adapters(backends));
-    let mut all = ask(wgpu::Backends::PRIMARY);
-    if all.is_empty() {
-        all = ask(wgpu::Backends::SECONDARY);
-    }
+    let mut all = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
     all.sort_by_key(|a| rank(&a.get_info()));
     all
 }
