@@ -15,6 +15,7 @@ use crate::scene::Scene;
 
 pub mod compare;
 pub mod completions;
+pub mod doctor;
 pub mod info;
 pub mod render;
 pub mod settings;
@@ -46,6 +47,8 @@ enum Command {
     Info(InfoFlags),
     /// Compare a picture with a reference
     Compare(CompareFlags),
+    /// Say what graphics there is, what is missing, and test it
+    Doctor(doctor::DoctorArgs),
     /// List every setting
     Settings {
         /// As JSON
@@ -128,6 +131,7 @@ pub fn main(start: Instant) -> ExitCode {
             let args = compare::CompareArgs { a: f.a, b: f.b, json: f.json, max_relmse: f.max_relmse };
             return ExitCode::from(compare::run(&args, out, err));
         }
+        Some(Command::Doctor(args)) => doctor::run(&args, out),
         Some(Command::Settings { json }) => settings::run(json, out),
         Some(Command::Completions { shell }) => completions::run(shell, &mut Cli::command(), out),
     };
