@@ -7,6 +7,26 @@ const FAMILY: f64 = 1e-3;
 /// A planted error must be seen at least this clearly.
 pub const SEEN: f64 = 8.0;
 
+/// Statistical checks in a test binary, about; more would raise the threshold only a little.
+pub const CHECKS: u32 = 600;
+
+/// A check against chance: its name and its z.
+pub type Check = (String, f64);
+
+/// Fails where one of `checks` is further from the truth than chance allows.
+pub fn all_hold(checks: &[Check]) {
+    let limit = limit(CHECKS);
+    let bad: Vec<&Check> = checks.iter().filter(|(_, z)| z.is_nan() || z.abs() >= limit).collect();
+    assert!(bad.is_empty(), "beyond {limit:.2} standard errors: {bad:.2?}");
+}
+
+/// Fails where none of `checks` sees the planted error clearly.
+pub fn one_sees(what: &str, checks: &[Check]) {
+    let (name, z) = checks.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).expect("there are checks");
+    eprintln!("planted: {what}: {name} says {z:.1}");
+    assert!(z.abs() > SEEN, "{what} is not seen: {checks:.2?}");
+}
+
 /// Chance of a standard normal number above `z` (W. J. Cody's idea in the Chebyshev form of Press et al., relative error
 /// below 1.2·10⁻⁷).
 fn upper_tail(z: f64) -> f64 {
