@@ -73,6 +73,7 @@ fn repeats_are_independent_runs_with_their_mean_and_variance() {
         }
     }
     let stats = folder.json("all.json");
+    assert_eq!(stats["repeat"], 3, "`compare` needs it");
     assert_eq!(stats["paths"].as_f64(), Some(3.0 * 96.0 * 4.0));
     assert!(stats["relative_error"].as_f64().is_some_and(|e| e > 0.0 && e < 1.0), "{stats:#}");
 }

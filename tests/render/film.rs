@@ -126,6 +126,49 @@ fn layers_add_up_to_the_picture() {
     }
 }
 
+#[test]
+fn bounce_limits_cut_the_same_paths() {
+    let Some(a) = adapter() else { return };
+    let with = |limit| {
+        let mut furnace = scene(4);
+        albedo(&mut furnace, 1.0);
+        furnace.lights = vec![constant(1.0)];
+        furnace.integrator.max_bounces = limit;
+        draw(&a, &standard(), &furnace, 32)
+    };
+    // A sample is 1 where its path ends within the limit.
+    let limits = [0, 1, 2, 3, 1000].map(|n| with(Limit::AtMost(n)));
+    for pair in limits.windows(2) {
+        let rises = (0..pair[0].pixels()).map(|p| pair[1].sums.sum[p][0] - pair[0].sums.sum[p][0]);
+        assert!(rises.clone().all(|x| x >= 0.0) && rises.sum::<f64>() > 100.0);
+        assert_eq!(pair[0].opacity(), pair[1].opacity(), "the limit changes no first collision");
+    }
+    assert!(limits[4].sums.sum == with(Limit::Unlimited).sums.sum);
+    let opaque = limits[0].opacity().0;
+    assert!((limits[0].mean(0).0 - (1.0 - opaque)).abs() < 1e-6, "without a bounce: what met nothing");
+}
+
+#[test]
+fn variants_are_those_that_are_validated() {
+    let Some(a) = adapter() else { return };
+    let mut odd = scene(1);
+    odd.medium.extinction = Colour([1.0, 2.0, 3.0]);
+    odd.camera.aperture_radius = 0.1;
+    odd.lights.clear();
+    for (scene, aov) in [(scene(1), false), (odd, true)] {
+        let variant = renderer(&a, &standard(), &scene, None, aov).variant();
+        let mut slots: Vec<&str> = variant.slots.iter().map(|s| s.0).collect();
+        slots.sort_unstable();
+        // The lists of tests/shaders.rs.
+        assert_eq!(slots, ["majorant", "medium", "phase", "spectrum"]);
+        let mut constants: Vec<&str> = variant.constants.iter().map(|c| c.0).collect();
+        constants.sort_unstable();
+        let known = "CAMERA_LENS FILM_AOV LIGHT_HAS_DISC LIGHT_HAS_LIST LIGHT_HAS_MANY LIGHT_HAS_MAP LIGHT_HAS_POINT \
+                     LIGHT_SAMPLED SPECTRUM_HERO TRACK_STEPS";
+        assert_eq!(constants, known.split_whitespace().collect::<Vec<_>>());
+    }
+}
+
 fn depth_checks(a: &Adapter, source: &Source) -> Vec<Check> {
     let mut checks = Vec::new();
     for (density, scale) in [(0.5, 1.0), (3.0, 1.0), (0.03, 100.0)] {

@@ -99,6 +99,9 @@ fn checks(a: &Adapter, source: &Source) -> Vec<Check> {
     for diameter in [0.0, 0.05, 0.5] {
         add(&format!("disc of {diameter}°"), &cube(vec![disc(AXIS, diameter, 3.0)]), small);
     }
+    // A constant sky, once scattered and seen through the medium.
+    let sky = |_| [DVec3::Y, DVec3::NEG_Y].into_iter().flat_map(|up| disc_parts(up, 180.0, PI)).collect();
+    add("constant light, one bounce", &cube(vec![constant(1.0)]), (-DENSITY).exp() + along_x(sky));
     // Lights add up.
     let place = DVec3::new(0.3, 2.0, 0.1);
     let many = |p: DVec3| {

@@ -5,7 +5,7 @@
 const FAMILY: f64 = 1e-3;
 
 /// A planted error must be seen at least this clearly.
-pub const SEEN: f64 = 8.0;
+const SEEN: f64 = 8.0;
 
 /// Statistical checks in a test binary, about; more would raise the threshold only a little.
 pub const CHECKS: u32 = 600;
