@@ -347,8 +347,8 @@ fn slot_files_of_a_slot_declare_the_same_functions() {
     let functions: [&[&str]; 4] = [
         &["medium_density"],
         &["majorant_segment"],
-        &["phase_value", "phase_cosine"],
-        &["spectrum_start", "spectrum_step", "spectrum_weight", "spectrum_ratio"],
+        &["phase_value", "phase_drop"],
+        &["spectrum_start", "spectrum_step", "spectrum_weight"],
     ];
     for ((_, files), wanted) in SLOTS.iter().zip(functions) {
         let first = signatures(files[0], wanted);
@@ -405,7 +405,7 @@ fn messages_of_mistakes_name_file_and_line() {
         // Parsing, names, types in expressions, types at validation, a missing return.
         ("core/rng", "    let old = (*rng).state;\n", "    let old = (*rng).state\n"),
         ("light/light", "let chord = w - light.axis;", "let chord = w - light.axes;"),
-        ("phase/lobe", "let n = 1.0 - g * q;", "let n = 1.0 - vec3u(1u) * q;"),
+        ("phase/lobe", "(1.0 - 0.5 * p)", "(vec3u(1u) - 0.5 * p)"),
         ("core/math", "    return max(v.x, max(v.y, v.z));", "    return vec3f(max(v.x, max(v.y, v.z)));"),
         ("integrate/path", "            depth -= max(available, 0.0);", "            depth -= max(available, 0u);"),
         (

@@ -11,7 +11,7 @@ struct CameraRay {
 
 fn camera_ray(pixel: vec2u, rng: ptr<function, Rng>) -> CameraRay {
     let jitter = vec2f(rng_next(rng), rng_next(rng));
-    let film = (vec2f(pixel) + jitter) / vec2f(f32(params.width), f32(params.height));
+    let film = (vec2f(pixel) + jitter) * vec2f(params.inv_width, params.inv_height);
     let axis = params.camera_forward + params.camera_right * (2.0 * film.x - 1.0) + params.camera_up * (1.0 - 2.0 * film.y);
     if (CAMERA_LENS) {
         let radius = params.aperture * sqrt(rng_next(rng));

@@ -15,11 +15,6 @@ fn math_around_drop(w: vec3f, h: f32, phi: f32) -> vec3f {
     return normalize(x * (r * cos(phi)) + y * (r * sin(phi)) + w * (1.0 - h));
 }
 
-// The same by its cosine.
-fn math_around(w: vec3f, cosine: f32, phi: f32) -> vec3f {
-    return math_around_drop(w, 1.0 - cosine, phi);
-}
-
 fn math_max3(v: vec3f) -> f32 {
     return max(v.x, max(v.y, v.z));
 }

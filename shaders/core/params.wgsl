@@ -47,6 +47,10 @@ struct Params {
     overlay: u32,               // what the view shows: 0 radiance, 1 noise, 2 samples
     exposure: f32,              // factor before the tone map
     tone_map: u32,
+    inv_texels: vec3f,          // one over the texels of the density texture
+    inv_width: f32,             // one over the pixels in a row
+    last_cell: vec3i,           // of the majorant grid
+    inv_height: f32,
 }
 
 // The part of the work that one dispatch does.
@@ -57,5 +61,10 @@ struct Slice {
     unused: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: Params;
+@group(0) @binding(0) var<uniform> params_uniform: Params;
+
+// The copy that all code reads; every kernel begins with `params = params_uniform`. Mesa's software driver loads a
+// uniform once for all lanes only where all lanes run: inside a loop each read costs a gather, a third of the path
+// tracer's time in all.
+var<private> params: Params;
 @group(0) @binding(1) var<uniform> slice: Slice;

@@ -33,6 +33,7 @@ fn present_heat(share: f32) -> vec3f {
 
 @fragment
 fn present_fragment(in: PresentVertex) -> @location(0) vec4f {
+    params = params_uniform;
     let value = textureSampleLevel(present_picture, present_sampler, in.uv, 0.0);
     if (params.overlay == PRESENT_NOISE) {
         return vec4f(present_heat(1.0 + log2(max(value.a, 1e-9)) / log2(10.0) / PRESENT_NOISE_DECADES), 1.0);

@@ -13,6 +13,7 @@ const RESOLVE_MAX: f32 = 65000.0;  // the largest value that the 16-bit picture 
 
 @compute @workgroup_size(8, 8)
 fn resolve_main(@builtin(global_invocation_id) id: vec3u) {
+    params = params_uniform;
     if (id.x >= params.width || id.y >= params.height) {
         return;
     }

@@ -19,13 +19,16 @@ const PATH_DEAD: u32 = 0u;    // no path: begin one
 const PATH_TRACK: u32 = 1u;   // a camera or scattered ray in free flight
 const PATH_SHADOW: u32 = 2u;  // a shadow ray
 
-const PATH_SHADOW_FLOOR: f32 = 0.02;     // least chance to trace a shadow ray
+const PATH_SHADOW_SHARE: f32 = 0.5;      // chance to trace a shadow ray for each typical radiance that it could bring
+const PATH_SHADOW_FLOOR: f32 = 0.02;     // least such chance
 const PATH_SHADOW_ROULETTE: f32 = 0.1;   // transmittance below which a shadow ray plays roulette
 const PATH_ROULETTE: f32 = 0.1;          // throughput below which a path plays roulette
 const PATH_MAX_ITERATIONS: u32 = 1u << 24u;  // of one lane in one dispatch; reaching it is counted
 
 @compute @workgroup_size(8, 8)
 fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    params = params_uniform;
+    light_begin();
     let tile = ((slice.first_group + group.x) * params.tile_stride) % params.tiles;
     let position = vec2u(tile % params.tiles_x, tile / params.tiles_x) * 8u + local.xy;
     if (position.x >= params.width || position.y >= params.height) {
@@ -46,6 +49,9 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     let last = slice.first_sample + slice.samples;
     var ray: Ray;
     var world = vec3f(0.0);       // direction of travel before the vertex, world space
+    var turns = false;            // a new ray begins at `ray.origin` along `toward`, world space, for `limit` at most
+    var toward = vec3f(0.0);
+    var limit = MATH_FAR;
     var depth = 0.0;              // optical depth left to the next tentative collision
     var spectrum: Spectrum;
     var throughput = vec3f(0.0);
@@ -55,7 +61,7 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     var single = vec3f(0.0);
     var travelled = 0.0;          // distance to the support, for the depth layer
     var pending = vec3f(0.0);     // what a shadow ray carries
-    var transmittance = vec3f(0.0);
+    var transmittance = spectrum_clear();
     var lookups = 0u;
     var nulls = 0u;
     var reals = 0u;
@@ -73,12 +79,10 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
             next += 1u;
             let start = camera_ray(position, &rng);
             world = start.world;
-            ray = ray_new(start.origin, world);
-            // From the support on, so that t stays small and exact however far the camera is.
-            ray.origin = ray_at(ray, ray.t);
-            travelled = ray.t;
-            ray.exit -= ray.t;
-            ray.t = 0.0;
+            ray.origin = start.origin;
+            toward = world;
+            limit = MATH_FAR;
+            turns = true;
             var hero = 0.0;
             if (SPECTRUM_HERO) {
                 hero = rng_next(&rng);
@@ -91,6 +95,18 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
             bounces = 0u;
             phase_pdf = -1.0;
             mode = PATH_TRACK;
+        }
+
+        // Every kind of ray begins here: code that stands once runs once.
+        if (turns) {
+            ray = ray_new(ray.origin, toward);
+            // A camera ray begins at the support, so that t stays small and exact however far the camera is.
+            let skip = select(0.0, ray.t, bounces == 0u);
+            travelled = select(travelled, skip, bounces == 0u);
+            ray.origin = ray_at(ray, skip);
+            ray.exit = min(ray.exit, limit) - skip;
+            ray.t = 0.0;
+            turns = false;
         }
 
         // Tracking: the only code that runs often.
@@ -119,10 +135,10 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
                 let u = rng_next(&rng);
                 if (shadow) {
                     transmittance *= spectrum_ratio(share);
-                    let strongest = math_max3(transmittance);
+                    let strongest = spectrum_strongest(transmittance);
                     if (strongest < PATH_SHADOW_ROULETTE) {
                         let survives = u * PATH_SHADOW_ROULETTE < strongest;
-                        transmittance = select(vec3f(0.0), transmittance * (PATH_SHADOW_ROULETTE / strongest), survives);
+                        transmittance *= select(0.0, PATH_SHADOW_ROULETTE / strongest, survives);
                         done = !survives;
                     }
                 } else {
@@ -167,12 +183,13 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
                     let factor = light_factor(sample, phase_value(dot(world, sample.direction)));
                     pending = throughput * spectrum_weight(spectrum) * sample.value * factor;
                     let expected = math_max3(pending) / params.light_reference;
-                    let chance = clamp(expected, PATH_SHADOW_FLOOR, 1.0);
+                    let chance = clamp(PATH_SHADOW_SHARE * expected, PATH_SHADOW_FLOOR, 1.0);
                     if (expected > 0.0 && !ends && rng_next(&rng) < chance) {
-                        pending /= chance;
-                        transmittance = vec3f(1.0);
-                        ray = ray_new(ray.origin, sample.direction);
-                        ray.exit = min(ray.exit, sample.distance);
+                        pending *= 1.0 / chance;
+                        transmittance = spectrum_clear();
+                        toward = sample.direction;
+                        limit = sample.distance;
+                        turns = true;
                         mode = PATH_SHADOW;
                         shadows += 1u;
                         scatter = false;
@@ -196,11 +213,12 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
             }
         }
         if (scatter && !ends) {
-            let cosine = phase_cosine(&rng);
-            phase_pdf = phase_value(cosine);
-            world = math_around(world, cosine, 2.0 * MATH_PI * rng_next(&rng));
-            ray = ray_new(ray.origin, world);
-            ray.t = 0.0;
+            let drop = phase_drop(&rng);
+            phase_pdf = phase_value(1.0 - drop);
+            world = math_around_drop(world, drop, 2.0 * MATH_PI * rng_next(&rng));
+            toward = world;
+            limit = MATH_FAR;
+            turns = true;
             mode = PATH_TRACK;
         }
         if (ends) {

@@ -26,6 +26,27 @@ const LIGHT_POINT: u32 = 2u;
 
 @group(2) @binding(0) var<storage, read> lights: array<Light>;
 
+// The light where there is only one, read once; see `params` for why.
+var<private> light_only: Light;
+
+// Begins every kernel that uses lights.
+fn light_begin() {
+    if (LIGHT_HAS_LIST && !LIGHT_HAS_MANY) {
+        light_only = lights[0];
+    }
+}
+
+fn light_count() -> u32 {
+    return select(1u, params.light_count, LIGHT_HAS_MANY);
+}
+
+fn light_at(i: u32) -> Light {
+    if (LIGHT_HAS_MANY) {
+        return lights[i];
+    }
+    return light_only;
+}
+
 struct LightSample {
     direction: vec3f,  // unit, world space, towards the light
     distance: f32,     // world units; MATH_FAR where there is no end
@@ -46,8 +67,8 @@ fn light_bright(w: vec3f) -> vec3f {
         sum += environment_radiance(w);
     }
     if (LIGHT_HAS_DISC) {
-        for (var i = 0u; i < params.light_count; i++) {
-            let light = lights[i];
+        for (var i = 0u; i < light_count(); i++) {
+            let light = light_at(i);
             if (light_in_disc(light, w)) {
                 sum += light.value;
             }
@@ -63,8 +84,8 @@ fn light_pdf(w: vec3f) -> f32 {
         sum += params.environment_share * environment_pdf(w);
     }
     if (LIGHT_HAS_DISC) {
-        for (var i = 0u; i < params.light_count; i++) {
-            let light = lights[i];
+        for (var i = 0u; i < light_count(); i++) {
+            let light = light_at(i);
             if (light_in_disc(light, w)) {
                 sum += light.share / (MATH_PI * light.chord2); // the cap's solid angle
             }
@@ -108,7 +129,7 @@ fn light_sample(p: vec3f, rng: ptr<function, Rng>) -> LightSample {
                 i++;
             }
         }
-        let light = lights[i];
+        let light = light_at(i);
         if (!LIGHT_HAS_MAP || u >= 0.0) {
             if (LIGHT_HAS_DISC && light.kind == LIGHT_DISC) {
                 sample.direction = light_cap(light, rng);

@@ -6,5 +6,5 @@
 
 // Stored value (density over the greatest) at a point in local space.
 fn medium_density(p: vec3f) -> f32 {
-    return textureSampleLevel(medium_texture, medium_sampler, p / vec3f(textureDimensions(medium_texture)), 0.0).x;
+    return textureSampleLevel(medium_texture, medium_sampler, p * params.inv_texels, 0.0).x;
 }

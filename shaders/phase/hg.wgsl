@@ -8,7 +8,7 @@ fn phase_value(cos_theta: f32) -> f32 {
     return lobe_value(params.g, cos_theta);
 }
 
-// The cosine of a scattering angle with that density.
-fn phase_cosine(rng: ptr<function, Rng>) -> f32 {
-    return lobe_cosine(params.g, rng_next(rng));
+// The 1 − cosθ of a scattering angle with that density.
+fn phase_drop(rng: ptr<function, Rng>) -> f32 {
+    return lobe_drop(params.g, rng_next(rng));
 }

@@ -8,7 +8,7 @@ fn phase_value(cos_theta: f32) -> f32 {
     return 0.25 / MATH_PI;
 }
 
-// The cosine of a scattering angle with that density.
-fn phase_cosine(rng: ptr<function, Rng>) -> f32 {
-    return 1.0 - 2.0 * rng_next(rng);
+// The 1 − cosθ of a scattering angle with that density.
+fn phase_drop(rng: ptr<function, Rng>) -> f32 {
+    return 2.0 * rng_next(rng);
 }

@@ -6,13 +6,10 @@ fn lobe_value(g: f32, cos_theta: f32) -> f32 {
     return (1.0 - g * g) / (4.0 * MATH_PI * d * sqrt(d));
 }
 
-// The cosine at which the cumulative density is xi. Two forms of one map: the textbook's loses digits at small g, the
-// other at large g.
-fn lobe_cosine(g: f32, xi: f32) -> f32 {
-    let q = 1.0 - 2.0 * xi;
-    let n = 1.0 - g * q;
-    let small = ((1.0 + g * g) * (0.5 * g * q * q - q) + 0.5 * g * (3.0 - g * g)) / (n * n);
-    let s = (1.0 - g * g) / (1.0 - g + 2.0 * g * xi);
-    let large = (1.0 + g * g - s * s) / (2.0 * select(g, 1.0, g == 0.0));
-    return clamp(select(large, small, abs(g) < 0.5), -1.0, 1.0);
+// The 1 − cosθ at which the cumulative density of cosθ is xi. With p = 2(1 − xi) the textbook's inverse becomes
+// p (1−g)² (1 + g − gp/2) / (1 + g − gp)², which cancels nowhere: exact for g = 0, for sharp peaks, and at their tips.
+fn lobe_drop(g: f32, xi: f32) -> f32 {
+    let p = 2.0 * (1.0 - xi);
+    let a = (1.0 - g) / (1.0 - g + 2.0 * g * xi);
+    return min(p * a * a * (1.0 + g * (1.0 - 0.5 * p)), 2.0);
 }

@@ -4,6 +4,8 @@
 
 @compute @workgroup_size(64)
 fn probe_light_main(@builtin(global_invocation_id) id: vec3u) {
+    params = params_uniform;
+    light_begin();
     if (3u * id.x + 2u >= arrayLength(&probe_out)) {
         return;
     }

@@ -9,6 +9,7 @@ const PROBE_MAJORANT_POINTS: u32 = 5u;
 
 @compute @workgroup_size(64)
 fn probe_majorant_main(@builtin(global_invocation_id) id: vec3u) {
+    params = params_uniform;
     let first = id.x * slice.samples;
     if (first + slice.samples > arrayLength(&probe_out)) {
         return;

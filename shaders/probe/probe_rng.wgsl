@@ -4,6 +4,7 @@
 
 @compute @workgroup_size(64)
 fn probe_rng_main(@builtin(global_invocation_id) id: vec3u) {
+    params = params_uniform;
     let first = id.x * slice.samples;
     if (first + slice.samples > arrayLength(&probe_out)) {
         return;

@@ -18,7 +18,16 @@ fn spectrum_weight(s: Spectrum) -> vec3f {
     return vec3f(1.0);
 }
 
+// The transmittance of a shadow ray: one number for all channels.
+fn spectrum_clear() -> f32 {
+    return 1.0;
+}
+
 // The factor that a null collision of a shadow ray leaves, from density over majorant.
-fn spectrum_ratio(share: f32) -> vec3f {
-    return vec3f(1.0 - share);
+fn spectrum_ratio(share: f32) -> f32 {
+    return 1.0 - share;
+}
+
+fn spectrum_strongest(transmittance: f32) -> f32 {
+    return transmittance;
 }

@@ -36,8 +36,17 @@ fn spectrum_weight(s: Spectrum) -> vec3f {
     return p / math_mean3(p);
 }
 
+// The transmittance of a shadow ray, one number a channel.
+fn spectrum_clear() -> vec3f {
+    return vec3f(1.0);
+}
+
 // The factor that a null collision of a shadow ray leaves, from density over majorant. Shadow rays are driven by the
 // strongest channel, whose factor is 1.
 fn spectrum_ratio(share: f32) -> vec3f {
     return vec3f(1.0) - params.extinction * share;
+}
+
+fn spectrum_strongest(transmittance: vec3f) -> f32 {
+    return math_max3(transmittance);
 }

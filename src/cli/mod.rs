@@ -13,6 +13,7 @@ use crate::error::{Code, Error, Result};
 use crate::input;
 use crate::scene::Scene;
 
+pub mod bench;
 pub mod compare;
 pub mod completions;
 pub mod doctor;
@@ -47,6 +48,8 @@ enum Command {
     Info(InfoFlags),
     /// Compare a picture with a reference
     Compare(CompareFlags),
+    /// Measure how fast the program is on this machine
+    Bench(bench::BenchArgs),
     /// Say what graphics there is, what is missing, and test it
     Doctor(doctor::DoctorArgs),
     /// List every setting
@@ -131,6 +134,7 @@ pub fn main(start: Instant) -> ExitCode {
             let args = compare::CompareArgs { a: f.a, b: f.b, json: f.json, max_relmse: f.max_relmse };
             return ExitCode::from(compare::run(&args, out, err));
         }
+        Some(Command::Bench(args)) => bench::run(&args, out),
         Some(Command::Doctor(args)) => doctor::run(&args, out),
         Some(Command::Settings { json }) => settings::run(json, out),
         Some(Command::Completions { shell }) => completions::run(shell, &mut Cli::command(), out),

@@ -21,6 +21,7 @@ macro_rules! catalogue {
 }
 
 catalogue![
+    "bench/bare",
     "core/camera",
     "core/math",
     "core/params",

@@ -78,6 +78,8 @@ pub struct Medium {
     pub unit: f64,
     /// Side of a majorant cell in local units.
     pub cell: u32,
+    /// Majorant cells along x, y, z.
+    pub cells: UVec3,
     /// Storage of the density.
     pub storage: Storage,
     /// Texels, border included.
@@ -92,7 +94,7 @@ pub struct Medium {
     cell_key: CellKey,
     exact: bool,
     texture: wgpu::Texture,
-    cells: wgpu::Texture,
+    cell_texture: wgpu::Texture,
     sampler: wgpu::Sampler,
 }
 
@@ -136,6 +138,7 @@ impl Medium {
             field,
             unit,
             cell: 1,
+            cells: UVec3::ONE,
             storage,
             size,
             volume_bytes,
@@ -145,7 +148,7 @@ impl Medium {
             cell_key: CellKey::Global,
             exact,
             texture,
-            cells: placeholder,
+            cell_texture: placeholder,
             sampler,
         };
         medium.cell_key = medium.wanted_cells(scene);
@@ -185,7 +188,8 @@ impl Medium {
         };
         self.cell = words.side;
         self.majorant_bytes = words.bytes();
-        self.cells = cells_texture(gpu, &words);
+        self.cells = words.cells;
+        self.cell_texture = cells_texture(gpu, &words);
     }
 
     /// The density scale with "auto" resolved.
@@ -225,7 +229,7 @@ impl Medium {
     /// Bind group 1.
     pub fn bind_group(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::BindGroup {
         let density = self.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let cells = self.cells.create_view(&wgpu::TextureViewDescriptor::default());
+        let cells = self.cell_texture.create_view(&wgpu::TextureViewDescriptor::default());
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("medium"),
             layout,

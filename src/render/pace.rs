@@ -3,7 +3,7 @@
 use super::{Progress, Work};
 
 /// Samples of a pass where there is time for many: enough that lanes even out.
-const FULL_PASS: f64 = 16.0;
+const FULL_PASS: f64 = 32.0;
 /// Workgroups that keep every core of an adapter busy to the end of a dispatch.
 const LEAST_GROUPS: f64 = 64.0;
 /// A slice grows by at most this factor over what was measured last, and shrinks by at most its square.

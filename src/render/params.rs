@@ -55,6 +55,10 @@ gpu_struct! {
         overlay: u32,
         exposure: f32,
         tone_map: u32,
+        inv_texels: [f32; 3],
+        inv_width: f32,
+        last_cell: [i32; 3],
+        inv_height: f32,
     }
 }
 
@@ -178,6 +182,10 @@ impl Params {
             overlay: scene.display.overlay as u32,
             exposure: scene.display.exposure.exp2() as f32,
             tone_map: scene.display.tone_map as u32,
+            inv_texels: medium.size.as_vec3().recip().to_array(),
+            inv_width: 1.0 / width as f32,
+            last_cell: (medium.cells.as_ivec3() - 1).to_array(),
+            inv_height: 1.0 / height as f32,
         }
     }
 }

@@ -66,6 +66,8 @@ impl Layouts {
                 ],
             )
         };
+        // Plants are for the path tracer.
+        let plain = Source { folder: source.folder.clone(), plants: Vec::new() };
         let plain_float = wgpu::TextureSampleType::Float { filterable: false };
         Ok(Layouts {
             frame: layout("frame", &[entry(0, uniform), entry(1, uniform)]),
@@ -80,8 +82,8 @@ impl Layouts {
             film: layout("film", &[writable(0), writable(1), writable(2), writable(3)]),
             medium_filtered: medium(true),
             medium_plain: medium(false),
-            flush: compute(gpu, source, "film/flush", "flush_main", &Variant::default(), None)?,
-            resolve: compute(gpu, source, "film/resolve", "resolve_main", &Variant::default(), None)?,
+            flush: compute(gpu, &plain, "film/flush", "flush_main", &Variant::default(), None)?,
+            resolve: compute(gpu, &plain, "film/resolve", "resolve_main", &Variant::default(), None)?,
         })
     }
 

@@ -1,8 +1,9 @@
 //! Majorants: bounds of the interpolated density in cells.
 //!
-//! Cells cover the texture of [`Padded`] texels: cell c holds the points p with c·side ≤ p < (c+1)·side in texel space,
-//! where texel i has its centre at i + ½. Interpolation there reads texels c·side − 1 … (c+1)·side at most, so those are
-//! bounded (the apron). Bounds are of the *stored* values: what 16 or 8 bits decode to.
+//! Cells cover the texture of [`Padded`] texels from the centre of the first to that of the last: cell c holds the points
+//! p with c·side + ½ ≤ p < (c+1)·side + ½ in texel space, where texel i has its centre at i + ½. Interpolation there reads
+//! the texels c·side … (c+1)·side and no others; cells whose faces lie between centres would read one more. Bounds are of
+//! the *stored* values: what 16 or 8 bits decode to.
 
 use glam::UVec3;
 use rayon::prelude::*;
@@ -79,40 +80,86 @@ pub struct Bounds {
 
 /// Interpolation in 32-bit floats may overshoot its corners by a few units in the last place.
 const ULPS: f32 = 1.0 / (1 << 20) as f32;
+/// How far outside its cell along an axis a point may be, in texels, that the walk or a sampler's rounded weights take
+/// for one inside.
+const SLACK: f32 = 1.0 / 128.0;
+
+/// Least and greatest value, of a cell's own texels and of those with one more layer around.
+#[derive(Clone, Copy, Debug)]
+struct Range {
+    min: f32,
+    max: f32,
+    wide_min: f32,
+    wide_max: f32,
+}
+
+impl Range {
+    const NONE: Range = Range { min: f32::INFINITY, max: 0.0, wide_min: f32::INFINITY, wide_max: 0.0 };
+
+    /// Joins another range, whose own part counts only where `own`.
+    fn join(&mut self, other: Range, own: bool) {
+        self.wide_min = self.wide_min.min(other.wide_min);
+        self.wide_max = self.wide_max.max(other.wide_max);
+        if own {
+            self.min = self.min.min(other.min);
+            self.max = self.max.max(other.max);
+        }
+    }
+
+    /// Bounds of the points within [`SLACK`] of the cell: each axis lends at most that weight to the layer around.
+    fn bounds(self) -> (f32, f32) {
+        let weight = 3.0 * SLACK;
+        let (down, up) = (self.min - self.wide_min, self.wide_max - self.max);
+        ((self.min - weight * down) * (1.0 - ULPS), (self.max + weight * up) * (1.0 + ULPS))
+    }
+}
+
+/// The texels along one axis of `n` that cell `c` bounds, with one more to either side, and whether each is its own.
+fn texels(c: u32, side: u32, n: u32) -> impl Iterator<Item = (u32, bool)> {
+    let own = c * side..=(c + 1) * side;
+    let wide = own.start().saturating_sub(1)..=(own.end() + 1).min(n - 1);
+    wide.map(move |i| (i, own.contains(&i)))
+}
 
 impl Bounds {
     /// Bounds of cells of `side` texels.
     pub fn new(field: &Padded, side: u32) -> Bounds {
-        let cells = (field.size + (side - 1)) / side;
-        let index = |x: u32, y: u32, z: u32| (x + field.size.x * (y + field.size.y * z)) as usize;
-        let rows: Vec<(f32, f32)> = (0..cells.z * cells.y)
+        let size = field.size;
+        let cells = ((size.max(UVec3::splat(2)) - 1) + (side - 1)) / side;
+        let layers: Vec<(f32, f32)> = (0..cells.z)
             .into_par_iter()
-            .flat_map_iter(|row| {
-                let (cy, cz) = (row % cells.y, row / cells.y);
-                let range = |c: u32, n: u32| (c * side).saturating_sub(1)..=((c + 1) * side).min(n - 1);
-                let mut bounds = vec![(f32::INFINITY, 0.0f32); cells.x as usize];
-                for z in range(cz, field.size.z) {
-                    for y in range(cy, field.size.y) {
-                        let line = &field.data[index(0, y, z)..][..field.size.x as usize];
-                        for (cx, b) in bounds.iter_mut().enumerate() {
-                            for &v in &line[*range(cx as u32, field.size.x).start() as usize
-                                ..=*range(cx as u32, field.size.x).end() as usize]
-                            {
-                                b.0 = b.0.min(v);
-                                b.1 = b.1.max(v);
+            .flat_map_iter(|cz| {
+                // First along x for every row of texels, then across rows.
+                let plane = cells.x as usize * size.y as usize;
+                let mut rows: Vec<(Vec<Range>, bool)> = Vec::new();
+                for (z, own) in texels(cz, side, size.z) {
+                    let mut ranges = Vec::with_capacity(plane);
+                    for y in 0..size.y {
+                        let line = &field.data[(size.x * (y + size.y * z)) as usize..][..size.x as usize];
+                        ranges.extend((0..cells.x).map(|cx| {
+                            let mut range = Range::NONE;
+                            for (x, own) in texels(cx, side, size.x) {
+                                let v = line[x as usize];
+                                range.join(Range { min: v, max: v, wide_min: v, wide_max: v }, own);
                             }
+                            range
+                        }));
+                    }
+                    rows.push((ranges, own));
+                }
+                let mut layer = vec![Range::NONE; cells.x as usize * cells.y as usize];
+                for (cy, line) in layer.chunks_exact_mut(cells.x as usize).enumerate() {
+                    for (ranges, own_z) in &rows {
+                        for (y, own_y) in texels(cy as u32, side, size.y) {
+                            let from = &ranges[y as usize * cells.x as usize..][..cells.x as usize];
+                            line.iter_mut().zip(from).for_each(|(a, b)| a.join(*b, own_y && *own_z));
                         }
                     }
                 }
-                bounds
+                layer.into_iter().map(Range::bounds)
             })
             .collect();
-        Bounds {
-            cells,
-            side,
-            min: rows.iter().map(|b| b.0 * (1.0 - ULPS)).collect(),
-            max: rows.iter().map(|b| b.1 * (1.0 + ULPS)).collect(),
-        }
+        Bounds { cells, side, min: layers.iter().map(|b| b.0).collect(), max: layers.iter().map(|b| b.1).collect() }
     }
 
     /// Bounds of cells twice the side.
@@ -148,10 +195,14 @@ pub struct Words {
 
 /// Bits of a word that hold the level.
 pub const LEVEL_BITS: u32 = 4;
-/// The highest level of a level grid: cubes of 2⁴ cells a side.
-const MAX_LEVEL: u32 = 4;
-/// Texels along the side of the level grid's finest cell.
-const LEVEL_SIDE: u32 = 4;
+/// Texels along the side of the largest cube that a level grid walks at once.
+const LARGEST_SIDE: u32 = 64;
+/// Texels along the side of a level grid's finest cell at most; in dense media smaller ones reject fewer candidates.
+const FINEST_SIDE: f64 = 4.0;
+/// Optical thickness of a cell's side for the greatest density, beyond which a finer cell pays.
+const FINEST_THICKNESS: f64 = 4.0;
+/// Cells of a level grid at most: 2 MiB, about what a core's own cache holds. More cost more than they save.
+const MOST_CELLS: u32 = 1 << 19;
 /// Cost of walking a segment over the cost of a lookup.
 const STEP_COST: f64 = 1.0;
 /// Mean chord of a cube over its side.
@@ -181,8 +232,9 @@ impl Words {
     /// give the same grid however they were reached.
     pub fn levels(field: &Padded, sigma: f64) -> Words {
         let sigma = level_sigma(sigma);
-        let mut pyramid = vec![Bounds::new(field, LEVEL_SIDE)];
-        while pyramid.len() <= MAX_LEVEL as usize {
+        let side = finest_side(field.size, sigma);
+        let mut pyramid = vec![Bounds::new(field, side)];
+        while pyramid[pyramid.len() - 1].side < LARGEST_SIDE {
             pyramid.push(pyramid[pyramid.len() - 1].halve());
         }
         let fine = pyramid[0].cells;
@@ -203,13 +255,22 @@ impl Words {
                 best.1
             })
             .collect();
-        Words { cells: fine, side: LEVEL_SIDE, words }
+        Words { cells: fine, side, words }
     }
 
     /// Bytes on the adapter.
     pub fn bytes(&self) -> u64 {
         4 * self.words.len() as u64
     }
+}
+
+/// Texels along the side of the finest cell of a level grid over `size` texels.
+fn finest_side(size: UVec3, sigma: f64) -> u32 {
+    let mut side = (FINEST_THICKNESS / sigma).clamp(1.0, FINEST_SIDE) as u32;
+    while (size / side).as_u64vec3().element_product() > u64::from(MOST_CELLS) {
+        side *= 2;
+    }
+    side
 }
 
 /// The extinction that levels are chosen for: the nearest power of two.
@@ -237,19 +298,27 @@ mod tests {
     /// Every texel's centre, where interpolation meets its extremes, and many points between.
     fn points(field: &Padded) -> impl Iterator<Item = [f64; 3]> {
         let size = field.size;
-        let centres = (0..size.x * size.y * size.z)
-            .map(move |i| [i % size.x, i / size.x % size.y, i / (size.x * size.y)].map(|c| f64::from(c) + 0.5));
+        // The last centres lie on the far faces of the last cells.
+        let centres = (0..(size.x - 1) * (size.y - 1) * (size.z - 1)).map(move |i| {
+            [i % (size.x - 1), i / (size.x - 1) % (size.y - 1), i / ((size.x - 1) * (size.y - 1))]
+                .map(|c| f64::from(c) + 0.5)
+        });
         let between = (0..100_000u32).map(move |i| {
-            let u = |k: f64, side: u32| f64::from(side) * (f64::from(i) * k).fract();
+            let u = |k: f64, side: u32| 0.5 + f64::from(side - 1) * (f64::from(i) * k).fract();
             [u(0.754_877, size.x), u(0.569_840, size.y), u(0.362_431, size.z)]
         });
         centres.chain(between)
     }
 
+    /// The cell that holds a point of the support.
+    fn cell_of(p: [f64; 3], side: u32) -> [u32; 3] {
+        p.map(|x| ((x - 0.5) / f64::from(side)) as u32)
+    }
+
     fn violations(field: &Padded, words: &Words) -> usize {
         points(field)
             .filter(|p| {
-                let c = p.map(|x| (x / f64::from(words.side)) as u32);
+                let c = cell_of(*p, words.side);
                 let word = words.words[(c[0] + words.cells.x * (c[1] + words.cells.y * c[2])) as usize];
                 field.trilinear(*p) > f64::from(f32::from_bits(word & !15))
             })
@@ -284,6 +353,7 @@ mod tests {
         for (i, w) in bare.words.iter_mut().enumerate() {
             let i = i as u32;
             let c = UVec3::new(i % bare.cells.x, i / bare.cells.x % bare.cells.y, i / (bare.cells.x * bare.cells.y));
+            // Its own texels without the layer on the far faces.
             let (low, high) = (c * 4, (c * 4 + 4).min(field.size));
             let mut max = 0.0f32;
             for (x, y, z) in
@@ -307,11 +377,34 @@ mod tests {
     }
 
     #[test]
+    fn bounds_reach_a_little_beyond_the_cell() {
+        // One bright texel outside a dark cell: the bound allows for what a point just outside would see, no more.
+        let mut field = field(|x| x);
+        field.data.fill(0.0);
+        let at = |x: u32, y: u32, z: u32| (x + field.size.x * (y + field.size.y * z)) as usize;
+        let bright = at(9, 6, 6);
+        field.data[bright] = 1.0;
+        let bounds = Bounds::new(&field, 4);
+        let max = |x: u32, y: u32, z: u32| bounds.max[(x + bounds.cells.x * (y + bounds.cells.y * z)) as usize];
+        assert!(max(1, 1, 1) >= SLACK && max(1, 1, 1) < 4.0 * SLACK, "{}", max(1, 1, 1));
+        assert!(max(2, 1, 1) >= 1.0 && max(2, 1, 1) < 1.001);
+        assert_eq!(max(0, 1, 1), 0.0);
+    }
+
+    #[test]
+    fn finest_cells_follow_thickness_and_size() {
+        let small = UVec3::splat(66);
+        assert_eq!([0.1, 1.0, 2.0, 16.0].map(|sigma| finest_side(small, sigma)), [4, 4, 2, 1]);
+        assert_eq!(finest_side(UVec3::splat(258), 16.0), 4, "the table stays small");
+        assert_eq!(finest_side(small, 0.0), 4);
+    }
+
+    #[test]
     fn minima_bound_from_below() {
         let field = field(|x| x);
         let bounds = Bounds::new(&field, 4);
         for p in points(&field) {
-            let c = p.map(|x| x as u32 / 4);
+            let c = cell_of(p, 4);
             let i = (c[0] + bounds.cells.x * (c[1] + bounds.cells.y * c[2])) as usize;
             assert!(field.trilinear(p) >= f64::from(bounds.min[i]));
         }

@@ -172,12 +172,17 @@ fn single_scattering_is_the_closed_form() {
             "if (bounces >= params.max_bounces) {",
             "if (bounces > params.max_bounces) {",
         ),
-        ("shadow roulette without its weight", "integrate/path", "                        pending /= chance;\n", ""),
+        (
+            "shadow roulette without its weight",
+            "integrate/path",
+            "                        pending *= 1.0 / chance;\n",
+            "",
+        ),
         (
             "shadow rays go through everything",
             "integrate/path",
             "transmittance *= spectrum_ratio(share);",
-            "transmittance *= vec3f(1.0);",
+            "transmittance *= 1.0;",
         ),
     ];
     for (what, file, from, to) in plants {

@@ -113,7 +113,7 @@ fn sampled_checks(a: &Adapter, source: &Source) -> Vec<Check> {
             scene.lights.clone_from(&lights);
             hg(&mut scene, g);
             look(&mut scene, DVec3::new(0.7, 0.9, 2.5), DVec3::splat(0.5), 40.0);
-            let picture = draw(a, source, &scene, 256);
+            let picture = draw(a, source, &scene, 768);
             checks.push(picture.against(&format!("{name}, g {g}"), 1.0));
             // Rays that meet nothing see it as it is.
             let (opacity, _) = picture.opacity();

@@ -121,7 +121,7 @@ fn lights_scatter_what_quadrature_says() {
     let Some(a) = adapter() else { return };
     all_hold(&checks(&a, &standard()));
     let plants = [
-        ("light beyond a point light's distance", "integrate/path", "ray.exit = min(ray.exit, sample.distance);", ""),
+        ("light beyond a point light's distance", "integrate/path", "limit = sample.distance;", ""),
         (
             "intensity over distance",
             "light/light",
@@ -145,7 +145,7 @@ fn lights_scatter_what_quadrature_says() {
         (
             "roulette of shadow rays without its weight",
             "integrate/path",
-            "                        pending /= chance;\n",
+            "                        pending *= 1.0 / chance;\n",
             "",
         ),
     ];

@@ -11,7 +11,7 @@ use super::support::statistics::simpson;
 use super::support::{field_of, random_dense};
 use super::*;
 
-const SAMPLES: u32 = 512;
+const SAMPLES: u32 = 1536;
 const E: f64 = 3.0;
 const G: f64 = 0.4;
 const ALBEDO: f64 = 0.8;
@@ -128,7 +128,7 @@ fn voxels_scatter_what_quadrature_says() {
         }
     }
     let plants = [
-        ("half a voxel aside", "medium/dense", "medium_sampler, p / vec3f", "medium_sampler, (p + 0.5) / vec3f"),
+        ("half a voxel aside", "medium/dense", "medium_sampler, p * params", "medium_sampler, (p + 0.5) * params"),
         (
             "density 2 % up",
             "integrate/path",
@@ -144,8 +144,8 @@ fn voxels_scatter_what_quadrature_says() {
         (
             "shadow roulette without its weight",
             "integrate/path",
-            "transmittance * (PATH_SHADOW_ROULETTE / strongest)",
-            "transmittance",
+            "select(0.0, PATH_SHADOW_ROULETTE / strongest, survives)",
+            "select(0.0, 1.0, survives)",
         ),
         ("acceptance the other way", "integrate/path", "hit = u < share;", "hit = u > share;"),
         (
@@ -187,7 +187,7 @@ fn every_majorant_gives_the_same_picture() {
         draw_with(&a, source, &scene, Some(field), 512, false)
     };
     let reference = shot(&standard(), (MajorantKind::Global, Auto::Auto), 1);
-    let cells = [Auto::Auto, Auto::Is(1), Auto::Is(3), Auto::Is(16)];
+    let cells = [Auto::Auto, Auto::Is(1), Auto::Is(3), Auto::Is(8)];
     let mut lookups = Vec::new();
     for (i, cell) in cells.into_iter().enumerate() {
         let picture = shot(&standard(), (MajorantKind::Grid, cell), 2 + i as u32);

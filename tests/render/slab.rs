@@ -7,7 +7,7 @@ use super::*;
 use nephele::scene::Environment;
 use nephele::scene::value::FilePath;
 
-const SAMPLES: u32 = 128;
+const SAMPLES: u32 = 256;
 
 /// g, albedo, optical thickness, μ₀, R, T.
 const TABLE: [[f64; 6]; 12] = [
@@ -73,10 +73,10 @@ fn layers_reflect_and_transmit_what_adding_doubling_says() {
         (
             "density of the wrong cosine",
             "integrate/path",
-            "phase_pdf = phase_value(cosine);",
-            "phase_pdf = phase_value(-cosine);",
+            "phase_pdf = phase_value(1.0 - drop);",
+            "phase_pdf = phase_value(drop - 1.0);",
         ),
-        ("scattering the other way", "phase/hg", "return lobe_cosine(params.g, ", "return -lobe_cosine(params.g, "),
+        ("scattering the other way", "phase/hg", "return lobe_drop(params.g, ", "return 2.0 - lobe_drop(params.g, "),
         (
             "a path ends at a bounce in a hundred",
             "integrate/path",

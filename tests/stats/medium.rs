@@ -86,8 +86,8 @@ fn densities_are_those_of_the_cpu() {
 fn a_field_that_is_shifted_is_seen() {
     let Some(a) = adapter() else { return };
     let plants = [
-        ("medium/dense", "medium_sampler, p / vec3f", "medium_sampler, (p + 0.5) / vec3f", false),
-        ("medium/dense", "medium_sampler, p / vec3f", "medium_sampler, p.zyx / vec3f", false),
+        ("medium/dense", "medium_sampler, p * params", "medium_sampler, (p + 0.5) * params", false),
+        ("medium/dense", "medium_sampler, p * params", "medium_sampler, p.zyx * params", false),
         ("medium/dense", ", 0.0).x;", ", 0.0).x * 1.01;", false),
         ("medium/dense_exact", "let q = p - 0.5;", "let q = p;", false),
         ("medium/dense_exact", "let b = min(a + 1, last);", "let b = min(a + 1, last - 1);", false),

@@ -130,11 +130,11 @@ fn cosines_follow_the_density() {
         all_hold(&law.checks(&a, &standard()));
     }
     let plants = [
-        (Law::Hg(0.85), "phase/hg", "lobe_cosine(params.g, ", "lobe_cosine(-params.g, "),
-        (Law::Hg(0.85), "phase/hg", "lobe_cosine(params.g, ", "lobe_cosine(0.99 * params.g, "),
-        (Law::Hg(0.3), "phase/lobe", "(n * n)", "(n * n * 1.02)"),
-        (Law::Hg(0.3), "phase/lobe", "let q = 1.0 - 2.0 * xi;", "let q = 1.0 - 2.0 * xi * xi;"),
-        (Law::Isotropic, "phase/isotropic", "1.0 - 2.0 * rng_next(rng)", "1.0 - 1.96 * rng_next(rng)"),
+        (Law::Hg(0.85), "phase/hg", "lobe_drop(params.g, ", "lobe_drop(-params.g, "),
+        (Law::Hg(0.85), "phase/hg", "lobe_drop(params.g, ", "lobe_drop(0.99 * params.g, "),
+        (Law::Hg(0.3), "phase/lobe", "p * a * a", "p * a * a * 1.01"),
+        (Law::Hg(0.3), "phase/lobe", "let p = 2.0 * (1.0 - xi);", "let p = 2.0 * (1.0 - xi * xi);"),
+        (Law::Isotropic, "phase/isotropic", "2.0 * rng_next(rng)", "1.96 * rng_next(rng)"),
         (Law::Rayleigh, "phase/rayleigh", "1.0 / 3.0)", "0.3)"),
         (Law::TwoLobe(0.6, 0.2, 0.9), "phase/two_lobe_hg", "rng_next(rng) < params", "rng_next(rng) > params"),
         (Law::TwoLobe(0.85, -0.3, 0.5), "phase/two_lobe_hg", "< params.lobe_weight", "< 0.98 * params.lobe_weight"),
