@@ -160,6 +160,14 @@ impl Error {
     }
 }
 
+impl Error {
+    /// As the object that `--json` puts under `error`.
+    pub fn to_json(&self) -> serde_json::Value {
+        let message = format!("{} {}", self.what, self.why);
+        serde_json::json!({ "code": self.code.name(), "message": message.trim(), "hint": self.hint })
+    }
+}
+
 /// `text` as a sentence: first letter large, a full stop at the end.
 fn sentence(text: &str) -> String {
     let mut chars = text.chars();

@@ -8,5 +8,6 @@ pub mod input;
 pub mod io;
 pub mod light;
 pub mod render;
+pub mod save;
 pub mod scene;
 pub mod volume;

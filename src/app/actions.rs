@@ -55,6 +55,8 @@ pub enum Action {
     Step,
     /// Start the picture anew.
     Restart,
+    /// Read the shaders again (debug builds run from the source tree).
+    ReloadShaders,
     /// Reduced resolution while things move.
     DynamicScale,
     /// Light or dark window.
@@ -110,6 +112,7 @@ pub const ACTIONS: &[Row] = &[
     row(Action::Pause, "Render", "Hold or go on", &[(SHIFT, Key::Space), (NONE, Key::P)]),
     row(Action::Step, "Render", "One sample more while held", &[(NONE, Key::Period)]),
     row(Action::Restart, "Render", "Start the picture anew", &[(SHIFT, Key::R)]),
+    row(Action::ReloadShaders, "Render", "Read the shaders again", &[(SHIFT, Key::F5)]),
     row(Action::DynamicScale, "Render", "Reduced resolution while moving", &[(SHIFT, Key::D)]),
 ];
 

@@ -2,13 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::json;
-
 use crate::error::{Error, Result};
-use crate::image::tone;
-use crate::io::picture::{self, Metadata};
+use crate::io::picture;
 use crate::render::Renderer;
 use crate::render::film::Sums;
+use crate::save;
 use crate::scene::Scene;
 
 /// Numbers that are tried for a free file name.
@@ -42,36 +40,13 @@ pub fn picture(renderer: &Renderer, sums: &Sums, seconds: f64) -> Result<PathBuf
     let samples = sums.square.iter().map(|s| s[3]).fold(f64::INFINITY, f64::min) as u64;
     let folder = folder();
     let path = free(&folder, &format!("{}_{samples:04}spp", stem(scene)), &["png", "exr"]);
-    let paths = sums.square.iter().map(|s| s[3]).sum::<f64>();
-    let stats = json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "adapter": renderer.gpu.info.name,
-        "backend": renderer.gpu.backend(),
-        "width": sums.width,
-        "height": sums.height,
-        "spp": samples,
-        "seed": scene.integrator.seed,
-        "mode": scene.integrator.mode.name(),
-        "render_seconds": seconds,
-        "paths": paths,
-        "relative_error": sums.relative_error(),
-        "biased": false,
-    });
+    let mut stats = save::stats(renderer, sums, samples);
+    stats["render_seconds"] = seconds.into();
     let mut saved = scene.clone();
     (saved.film.width, saved.film.height) = (sums.width, sums.height);
-    let meta = Metadata {
-        scene_toml: saved.to_toml(&folder),
-        stats_json: stats.to_string(),
-        software: format!("nephele {}", env!("CARGO_PKG_VERSION")),
-        description: format!("{samples} samples per pixel, mode {}", scene.integrator.mode.name()),
-    };
-    let display = tone::Display {
-        exposure: scene.display.exposure as f32,
-        tone_map: tone::ToneMap::ALL[scene.display.tone_map as usize],
-    };
     let image = sums.image(&[], scene.medium.albedo.0, None);
     for ending in ["png", "exr"] {
-        picture::save(&path.with_extension(ending), &image, &meta, &display)?;
+        save::picture(&path.with_extension(ending), &image, &saved, &stats)?;
     }
     Ok(path)
 }

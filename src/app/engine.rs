@@ -71,6 +71,8 @@ pub struct Engine {
     pub sample_limit: u32,
     loading: Option<Loading>,
     failed: Option<Volume>,
+    /// The volume's file shall be read again.
+    stale: bool,
     loaded: Option<Volume>,
     pace: Pace,
     scale: f64,
@@ -85,8 +87,6 @@ pub struct Engine {
 /// What a frame brought.
 #[derive(Default)]
 pub struct Outcome {
-    /// The picture on screen is another one.
-    pub new_picture: bool,
     /// More work is left.
     pub busy: bool,
     /// A volume was loaded, with what was noticed.
@@ -100,17 +100,17 @@ pub struct Outcome {
 impl Engine {
     /// An engine without a volume yet.
     pub fn new(gpu: Arc<Gpu>) -> Engine {
-        let target = if gpu.is_software() { TARGET_SOFTWARE } else { TARGET_GPU };
         Engine {
-            gpu,
             renderer: None,
             figures: Figures { scale: 1.0, ..Figures::default() },
             dynamic: true,
             sample_limit: 0,
             loading: None,
             failed: None,
+            stale: false,
             loaded: None,
-            pace: Pace::new(target),
+            // Its budget is set before every piece of work.
+            pace: Pace::new(0.0),
             scale: SCALES[SCALES.len() - 1],
             size: (0, 0),
             last_change: f64::NEG_INFINITY,
@@ -118,6 +118,7 @@ impl Engine {
             counted: f64::NEG_INFINITY,
             error_at: f64::NEG_INFINITY,
             first_picture: false,
+            gpu,
         }
     }
 
@@ -131,10 +132,9 @@ impl Engine {
         self.first_picture
     }
 
-    /// Reads the volume of the scene again.
+    /// Reads the volume of the scene again; the old one stays until then.
     pub fn reload(&mut self) {
-        self.loaded = None;
-        self.failed = None;
+        self.stale = true;
     }
 
     /// Notes what a frame took outside the tracer, seconds.
@@ -142,13 +142,9 @@ impl Engine {
         self.overhead += NEWEST * (seconds - self.overhead);
     }
 
-    /// Seconds that a frame should take.
-    pub fn frame_target(&self) -> f64 {
-        if self.gpu.is_software() { TARGET_SOFTWARE } else { TARGET_GPU }
-    }
-
+    /// Seconds that the tracer may take of a frame.
     fn budget(&self) -> f64 {
-        let target = self.frame_target();
+        let target = if self.gpu.is_software() { TARGET_SOFTWARE } else { TARGET_GPU };
         (target - self.overhead).max(target * LEAST_SHARE)
     }
 
@@ -200,7 +196,8 @@ impl Engine {
             }
         }
         let same = |other: &Option<Volume>| other.as_ref().is_some_and(|v| same_data(v, &scene.volume));
-        if self.loading.is_none() && !same(&self.loaded) && !same(&self.failed) {
+        if self.loading.is_none() && (self.stale || !same(&self.loaded) && !same(&self.failed)) {
+            self.stale = false;
             let (send, result) = mpsc::channel();
             let (gpu, wanted) = (self.gpu.clone(), scene.clone());
             std::thread::spawn(move || {
@@ -243,8 +240,8 @@ impl Engine {
         let preview = self.dynamic && now - self.last_change < SETTLE || moving;
         self.size = (scene.film.width, scene.film.height);
         let pixels = f64::from(self.size.0) * f64::from(self.size.1);
-        let (old_size, wanted) = (renderer.size(), if preview { None } else { Some(1.0) });
-        let scale = wanted.unwrap_or_else(|| {
+        let old_size = renderer.size();
+        let affordable = || {
             let rate = self.pace.rate().unwrap_or(0.0) * f64::from(old_size.0) * f64::from(old_size.1);
             let fits = |s: f64, reserve: f64| s * s * pixels <= rate * reserve;
             let least = SCALES[SCALES.len() - 1];
@@ -255,7 +252,8 @@ impl Engine {
             } else {
                 SCALES.into_iter().find(|&s| fits(s, budget * RESERVE)).unwrap_or(least)
             }
-        });
+        };
+        let scale = if preview { affordable() } else { 1.0 };
         self.scale = scale;
         let size = scaled(self.size, scale);
         if size != old_size {
@@ -288,22 +286,19 @@ impl Engine {
             self.gpu.wait()?;
             let seconds = before.elapsed().as_secs_f64();
             self.pace.note(submitted, seconds);
-            self.note_work(submitted * f64::from(size.0) * f64::from(size.1), seconds, now, outcome)?;
+            self.note_work(submitted * f64::from(size.0) * f64::from(size.1), seconds, now)?;
             outcome.busy = true;
         }
-        let view_changed = changes.view && self.first_picture && !changes.accumulation;
-        if view_changed
-            && let Some(renderer) = &mut self.renderer
-            && renderer.progress().samples > 0
-        {
+        // An overlay is part of the resolved picture.
+        let renderer = self.renderer.as_mut().expect("drawn with above");
+        if changes.view && !changes.accumulation && renderer.progress().samples > 0 {
             renderer.resolve();
-            outcome.new_picture = true;
         }
         Ok(())
     }
 
     /// Books finished work, and resolves the picture when a pass is complete.
-    fn note_work(&mut self, paths: f64, seconds: f64, now: f64, outcome: &mut Outcome) -> Result<()> {
+    fn note_work(&mut self, paths: f64, seconds: f64, now: f64) -> Result<()> {
         let Some(renderer) = &mut self.renderer else { return Ok(()) };
         let figures = &mut self.figures;
         figures.seconds += seconds;
@@ -316,7 +311,6 @@ impl Engine {
         if progress.samples > 0 && progress.pass == 0 {
             renderer.resolve();
             self.first_picture = true;
-            outcome.new_picture = true;
         }
         if now - self.counted > COUNT_EVERY {
             self.counted = now;

@@ -8,11 +8,12 @@ use glam::{DVec2, DVec3};
 
 use crate::error::{Code, Error};
 use crate::gpu::device::Gpu;
+use crate::gpu::shader::Source;
 use crate::input;
 use crate::render::field::{Field, Shape};
 use crate::render::params::{View, fit_distance};
 use crate::scene::value::Value;
-use crate::scene::{Light, Overlay, Scene, ToneMapName};
+use crate::scene::{Light, Overlay, Scene, ToneMap};
 
 pub mod actions;
 pub mod capture;
@@ -259,7 +260,7 @@ impl App {
             Action::ExposureUp => self.scene.display.exposure += EXPOSURE_STEP,
             Action::ExposureDown => self.scene.display.exposure -= EXPOSURE_STEP,
             Action::NextToneMap => {
-                let all = ToneMapName::ALL;
+                let all = ToneMap::ALL;
                 self.scene.display.tone_map = all[(self.scene.display.tone_map as usize + 1) % all.len()];
             }
             Action::NextOverlay => {
@@ -271,6 +272,16 @@ impl App {
             Action::Restart => {
                 if let Some(renderer) = self.engine.as_mut().and_then(|e| e.renderer.as_mut()) {
                     renderer.restart();
+                }
+            }
+            Action::ReloadShaders => {
+                let renderer = self.engine.as_mut().and_then(|e| e.renderer.as_mut());
+                match renderer.map(|r| r.reload_shaders(Source::standard())) {
+                    Some(Ok(())) => {
+                        self.toasts.push(now, Kind::Ok, "Shaders are new", "", Vec::new());
+                    }
+                    Some(Err(e)) => self.report(now, &e),
+                    None => {}
                 }
             }
             Action::DynamicScale => self.set_dynamic(!self.prefs.dynamic),

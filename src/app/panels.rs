@@ -145,7 +145,7 @@ pub fn show(ui: &mut Ui, rows: &mut Rows, facts: &Facts, open: &mut Open, state:
     section(ui, rows, "Method", "tracking.", "unbiased", false, method, |ui, rows| {
         method_section(ui, rows, facts, state, &mut wishes);
     });
-    let tone = crate::scene::ToneMapName::CHOICES[rows.scene.display.tone_map as usize].label;
+    let tone = crate::scene::ToneMap::CHOICES[rows.scene.display.tone_map as usize].label;
     let display_text = format!("{tone}, {} EV", Digits::Decimals(1).format(rows.scene.display.exposure));
     section(ui, rows, "Display", "display.", &display_text, false, display, |ui, rows| {
         for key in ["exposure", "tone_map", "overlay"] {

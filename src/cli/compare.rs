@@ -29,8 +29,7 @@ pub fn run(args: &CompareArgs, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
     let mut report = Value::Object(serde_json::Map::new());
     let result = run_into(args, out, err, &mut report);
     if let Err(error) = &result {
-        let message = format!("{} {}", error.what, error.why);
-        report["error"] = json!({"code": error.code.name(), "message": message.trim(), "hint": error.hint});
+        report["error"] = error.to_json();
         // Where messages cannot be written there is nowhere left to say so.
         let _ = writeln!(err, "{error}");
     }

@@ -108,7 +108,7 @@ fn report(args: &InfoArgs, out: &mut dyn Write, err: &mut dyn Write) -> std::io:
             Ok(report) => write_text(path, &report, out)?,
             Err(error) => {
                 writeln!(err, "{error}")?;
-                files.push(json!({"path": path.to_string_lossy(), "error": error_json(&error)}));
+                files.push(json!({"path": path.to_string_lossy(), "error": error.to_json()}));
                 first_error.get_or_insert(error);
             }
         }
@@ -116,7 +116,7 @@ fn report(args: &InfoArgs, out: &mut dyn Write, err: &mut dyn Write) -> std::io:
     if args.json {
         let mut all = Map::from_iter([("files".to_owned(), Value::from(files))]);
         if let Some(error) = &first_error {
-            all.insert("error".to_owned(), error_json(error));
+            all.insert("error".to_owned(), error.to_json());
         }
         writeln!(out, "{:#}", Value::from(all))?;
     }
@@ -130,7 +130,7 @@ fn values(args: &InfoArgs, at: &str, out: &mut dyn Write, err: &mut dyn Write) -
         Err(error) => {
             writeln!(err, "{error}")?;
             if args.json {
-                writeln!(out, "{:#}", json!({"error": error_json(&error)}))?;
+                writeln!(out, "{:#}", json!({"error": error.to_json()}))?;
             }
             Ok(error.code.exit())
         }
@@ -217,14 +217,9 @@ fn grid_json(entry: &Entry, stats: Option<&Stats>) -> Value {
         set("matrix", Value::from_iter((0..4).map(row)));
     }
     if let Err(error) = &entry.grid {
-        set("error", error_json(error));
+        set("error", error.to_json());
     }
     grid
-}
-
-fn error_json(error: &Error) -> Value {
-    let message = [&*error.what, &*error.why].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ");
-    json!({"code": error.code.name(), "message": message, "hint": error.hint})
 }
 
 /// A number of JSON, or a string for what JSON lacks.

@@ -12,14 +12,14 @@ use serde_json::json;
 use crate::error::{Code, Error, Result, Warning};
 use crate::gpu::device::Gpu;
 use crate::gpu::shader::Source;
-use crate::image::tone;
 use crate::input;
-use crate::io::picture::{self, Metadata};
+use crate::io::picture;
 use crate::render::Renderer;
 use crate::render::field::Field;
 use crate::render::film::{Aov, Counters, Sums};
 use crate::render::medium::Medium;
 use crate::render::pace::Pace;
+use crate::save;
 use crate::scene::Scene;
 
 /// Flags of `render`.
@@ -162,7 +162,8 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<()> {
         }
         let picture = run.picture(renderer, &frame_scene)?;
         let stats = run.stats(renderer, &frame_scene, &picture, &warnings);
-        save(&path, &picture, &frame_scene, &stats, &args.aov)?;
+        let image = picture.sums.image(&args.aov, frame_scene.medium.albedo.0, picture.variance.as_deref());
+        save::picture(&path, &image, &frame_scene, &stats)?;
         if let Some(stats_path) = &args.stats {
             picture::write_whole(stats_path, |f| writeln!(f, "{stats:#}"))?;
         }
@@ -367,16 +368,10 @@ impl Run<'_> {
             warnings.push(format!("{} lanes reached the iteration cap. [capped]", self.counters.capped));
         }
         let c = &self.counters;
-        json!({
-            "version": env!("CARGO_PKG_VERSION"),
-            "adapter": r.gpu.info.name,
-            "backend": r.gpu.backend(),
-            "width": scene.film.width,
-            "height": scene.film.height,
-            "spp": picture.samples,
-            "repeat": picture.runs,
+        let mut stats = save::stats(r, &picture.sums, picture.samples);
+        let own = json!({
             "seed": scene.integrator.seed,
-            "mode": scene.integrator.mode.name(),
+            "repeat": picture.runs,
             "setup_seconds": self.setup_seconds,
             "render_seconds": self.render_seconds,
             "paths": self.paths as u64,
@@ -388,18 +383,13 @@ impl Run<'_> {
             "shadow_rays": c.shadow_rays,
             "lookups_per_path": c.lookups as f64 / self.paths.max(1.0),
             "relative_error": error,
-            "bytes": {
-                "volume": r.medium.volume_bytes,
-                "majorant": r.medium.majorant_bytes,
-                "film": r.film.bytes(),
-                "reservoirs": 0,
-            },
-            "cell": r.medium.cell,
-            "density_scale": r.medium.density_scale(scene),
             "nonfinite": c.nonfinite,
-            "biased": false,
             "warnings": warnings,
-        })
+        });
+        if let (Some(all), serde_json::Value::Object(own)) = (stats.as_object_mut(), own) {
+            all.extend(own);
+        }
+        stats
     }
 }
 
@@ -430,22 +420,6 @@ impl Spread {
     fn variance(&self) -> Vec<[f64; 3]> {
         self.square.iter().map(|s| s.map(|x| x / (self.runs - 1.0))).collect()
     }
-}
-
-fn save(path: &Path, picture: &Picture, scene: &Scene, stats: &serde_json::Value, aov: &[Aov]) -> Result<()> {
-    let image = picture.sums.image(aov, scene.medium.albedo.0, picture.variance.as_deref());
-    let folder = std::path::absolute(path).ok().and_then(|p| p.parent().map(Path::to_path_buf)).unwrap_or_default();
-    let meta = Metadata {
-        scene_toml: scene.to_toml(&folder),
-        stats_json: stats.to_string(),
-        software: format!("nephele {}", env!("CARGO_PKG_VERSION")),
-        description: format!("{} samples per pixel, mode {}", picture.samples, scene.integrator.mode.name()),
-    };
-    let display = tone::Display {
-        exposure: scene.display.exposure as f32,
-        tone_map: tone::ToneMap::ALL[scene.display.tone_map as usize],
-    };
-    picture::save(path, &image, &meta, &display)
 }
 
 /// Progress on stderr.

@@ -4,6 +4,9 @@
 //! Every map takes linear Rec.709 after exposure and gives sRGB-encoded values in [0, 1]. Negative values and NaN count
 //! as 0, values above [`MAX_INPUT`] (infinity too) as that.
 
+use crate::scene;
+pub use crate::scene::ToneMap;
+
 /// How a picture is shown; never changes the data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Display {
@@ -20,6 +23,11 @@ impl Default for Display {
 }
 
 impl Display {
+    /// The display that a scene asks for.
+    pub fn of(display: &scene::Display) -> Display {
+        Display { exposure: display.exposure as f32, tone_map: display.tone_map }
+    }
+
     /// sRGB-encoded values in [0, 1] of linear Rec.709.
     pub fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
         let gain = self.exposure.exp2();
@@ -32,42 +40,7 @@ impl Display {
     }
 }
 
-/// A curve from linear light to the screen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ToneMap {
-    /// Troy Sobotka's AgX in the polynomial fit of Benjamin Wrensch: [`agx`].
-    Agx,
-    /// The Khronos PBR Neutral tone mapper: [`neutral`].
-    Neutral,
-    /// Stephen Hill's fit of the ACES reference and output transforms: [`aces`].
-    Aces,
-    /// Clipped at 1.
-    Linear,
-    /// Stops round middle grey as colours: [`false_colour`].
-    FalseColour,
-}
-
 impl ToneMap {
-    /// All of them, in the order of their [`index`](ToneMap::index).
-    pub const ALL: [ToneMap; 5] =
-        [ToneMap::Agx, ToneMap::Neutral, ToneMap::Aces, ToneMap::Linear, ToneMap::FalseColour];
-
-    /// The name in scene files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            ToneMap::Agx => "agx",
-            ToneMap::Neutral => "neutral",
-            ToneMap::Aces => "aces",
-            ToneMap::Linear => "linear",
-            ToneMap::FalseColour => "false-colour",
-        }
-    }
-
-    /// The tone map of that name.
-    pub fn from_name(name: &str) -> Option<ToneMap> {
-        ToneMap::ALL.into_iter().find(|map| map.name() == name)
-    }
-
     /// The first argument of `tone_map_apply` in the shader.
     pub fn index(self) -> u32 {
         self as u32
@@ -259,7 +232,7 @@ mod tests {
     fn every_input_gives_a_colour_and_black_stays_black() {
         let odd =
             [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, -0.0, 1e-45, 1e30, -1.0, 0.3];
-        for map in ToneMap::ALL {
+        for &map in ToneMap::ALL {
             for i in 0..odd.len().pow(3) {
                 let rgb = [odd[i % odd.len()], odd[i / odd.len() % odd.len()], odd[i / odd.len() / odd.len()]];
                 let shown = map.apply(rgb);
@@ -274,7 +247,7 @@ mod tests {
 
     #[test]
     fn greys_stay_grey_and_brighter_is_never_darker() {
-        for map in ToneMap::ALL {
+        for &map in ToneMap::ALL {
             let mut before = -1.0;
             for step in 0..4000 {
                 // 36 stops.
@@ -341,10 +314,12 @@ mod tests {
 
     #[test]
     fn names_and_numbers_go_both_ways() {
-        for (index, map) in ToneMap::ALL.into_iter().enumerate() {
-            assert_eq!((ToneMap::from_name(map.name()), map.index()), (Some(map), index as u32));
+        use crate::scene::value::{Setting, Value};
+        let named = |name: &str| ToneMap::from_value(&Value::Text(name.into()));
+        for (index, map) in ToneMap::ALL.iter().copied().enumerate() {
+            assert_eq!((named(map.name()), map.index()), (Some(map), index as u32));
         }
-        assert_eq!(ToneMap::from_name("filmic"), None);
+        assert_eq!(named("filmic"), None);
         for byte in 0..=255u8 {
             assert_eq!((encode_srgb(decode_srgb(f32::from(byte) / 255.0)) * 255.0).round() as u8, byte);
         }
@@ -386,7 +361,7 @@ mod tests {
             (wgpu::naga::valid::ValidationFlags::all(), wgpu::naga::valid::Capabilities::empty());
         wgpu::naga::valid::Validator::new(flags, capabilities).validate(&module).expect("a valid module");
         let functions: Vec<&str> = module.functions.iter().filter_map(|(_, f)| f.name.as_deref()).collect();
-        for map in ToneMap::ALL {
+        for &map in ToneMap::ALL {
             let name = format!("tone_map_{}", map.name().replace('-', "_"));
             assert!(functions.contains(&name.as_str()), "no {name}");
             // The numbers in tone_map_apply are those of ToneMap::index; the last is the default.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::{nvdb, vdb};
+use super::{LFS_POINTER, nvdb, vdb};
 use crate::error::{Code, Error, Result, Warning};
 use crate::volume::grid::{Entry, Grid, Values, VolumeFile};
 
@@ -252,8 +252,6 @@ const KNOWN: [(&[u8], &str); 19] = [
     (b"\x89HDF", "an HDF5 file"), (b"PXR-USDC", "a USD scene"), (b"#usda", "a USD scene"), (b"glTF", "a glTF scene"),
     (b"BLENDER", "a Blender scene"), (b"%PDF", "a PDF document"),
 ];
-/// The first bytes of what stands in place of a file in a repository without its large files.
-const LFS_POINTER: &[u8] = b"version https://git-lfs.github.com/spec/";
 /// Bytes that are looked at to tell text from data, and characters of it that a message shows.
 const TEXT_SAMPLE: usize = 512;
 const TEXT_SHOWN: usize = 40;

@@ -20,7 +20,7 @@ pub mod params;
 pub mod pipeline;
 
 use film::{BLOCK, Film};
-use lights::{LightData, Lights};
+use lights::{DomeBuffers, LightData, Lights};
 use medium::Medium;
 use params::{Params, Slice};
 use pipeline::{Layouts, Pipeline};
@@ -58,6 +58,7 @@ pub struct Renderer {
     pipelines: HashMap<Variant, Arc<Pipeline>>,
     building: Option<Building>,
     light_data: LightData,
+    dome: Option<DomeBuffers>,
     lights: Lights,
     params: wgpu::Buffer,
     slice: wgpu::Buffer,
@@ -91,7 +92,7 @@ impl Renderer {
     ) -> Result<Renderer> {
         let layouts = Arc::new(Layouts::new(&gpu, &source)?);
         let light_data = LightData::load(scene)?;
-        let lights = Lights::of(scene, &light_data, &medium.field, medium.unit);
+        let lights = Lights::of(scene, &light_data, &medium.field, medium.unit, None);
         lights.fits(&gpu)?;
         let film = Film::new(&gpu, size.0, size.1, aov)?;
         let params_of = Params::of(scene, &medium, &lights, size.0, size.1);
@@ -106,7 +107,8 @@ impl Renderer {
         let slice = uniform("slice", bytemuck::bytes_of(&Slice::default()));
         let frame_group = layouts.frame_group(&gpu, &params, &slice);
         let medium_group = medium.bind_group(&gpu, layouts.medium(medium.filterable(&gpu)));
-        let light_group = lights.bind_group(&gpu, &layouts.lights);
+        let mut dome = None;
+        let light_group = lights.bind_group(&gpu, &layouts.lights, &mut dome);
         let film_group = layouts.film_group(&gpu, &film);
         let renderer = Renderer {
             scene: scene.clone(),
@@ -117,6 +119,7 @@ impl Renderer {
             pipelines: HashMap::new(),
             building: None,
             light_data,
+            dome,
             lights,
             params,
             slice,
@@ -191,9 +194,10 @@ impl Renderer {
             changes.accumulation = true;
         }
         if changes.accumulation {
-            let lights = Lights::of(&self.scene, &self.light_data, &self.medium.field, self.medium.unit);
+            let (field, unit) = (&self.medium.field, self.medium.unit);
+            let lights = Lights::of(&self.scene, &self.light_data, field, unit, Some(&self.lights));
             lights.fits(&self.gpu)?;
-            self.light_group = lights.bind_group(&self.gpu, &self.layouts.lights);
+            self.light_group = lights.bind_group(&self.gpu, &self.layouts.lights, &mut self.dome);
             self.lights = lights;
             self.restart();
         }
@@ -343,7 +347,7 @@ impl Renderer {
     }
 
     /// Reads the shaders again (hot reload); on an error the old pipelines stay.
-    pub fn reload_shaders(&mut self, source: Source) -> std::result::Result<(), Error> {
+    pub fn reload_shaders(&mut self, source: Source) -> Result<()> {
         let layouts = Arc::new(Layouts::new(&self.gpu, &source)?);
         let filterable = self.medium.filterable(&self.gpu);
         let variant = self.variant();

@@ -92,6 +92,20 @@ impl Layouts {
         if filterable { &self.medium_filtered } else { &self.medium_plain }
     }
 
+    /// The layout of every kernel that traces.
+    pub fn tracer(&self, gpu: &Gpu, filterable: bool) -> wgpu::PipelineLayout {
+        gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("tracer"),
+            bind_group_layouts: &[
+                Some(&self.frame),
+                Some(self.medium(filterable)),
+                Some(&self.lights),
+                Some(&self.film),
+            ],
+            immediate_size: 0,
+        })
+    }
+
     /// Bind group 0.
     pub fn frame_group(&self, gpu: &Gpu, params: &wgpu::Buffer, slice: &wgpu::Buffer) -> wgpu::BindGroup {
         group(gpu, &self.frame, &[params, slice])
@@ -226,16 +240,7 @@ pub struct Pipeline {
 impl Pipeline {
     /// Builds the path tracer's `variant`.
     pub fn new(gpu: &Gpu, source: &Source, layouts: &Layouts, variant: &Variant, filterable: bool) -> Result<Pipeline> {
-        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("path"),
-            bind_group_layouts: &[
-                Some(&layouts.frame),
-                Some(layouts.medium(filterable)),
-                Some(&layouts.lights),
-                Some(&layouts.film),
-            ],
-            immediate_size: 0,
-        });
+        let layout = layouts.tracer(gpu, filterable);
         let pipeline = compute(gpu, source, "integrate/path", "path_main", variant, Some(&layout))?;
         Ok(Pipeline { pipeline })
     }

@@ -93,10 +93,10 @@ choice! {
 
 choice! {
     /// Tone maps.
-    ToneMapName {
-        Agx = "agx", "AgX", "AgX: film-like, holds hues in bright light.";
+    ToneMap {
+        Agx = "agx", "AgX", "Troy Sobotka's AgX: film-like, holds hues in bright light.";
         Neutral = "neutral", "Neutral", "Khronos PBR Neutral: colours as they are up to near white.";
-        Aces = "aces", "ACES", "The ACES fit: strong contrast.";
+        Aces = "aces", "ACES", "Stephen Hill's fit of ACES: strong contrast.";
         Linear = "linear", "Linear", "No tone map; clipped at 1.";
         FalseColour = "false-colour", "False colour", "Luminance in stops as colours.";
     }
@@ -277,7 +277,7 @@ section! {
         /// Exposure: the picture times 2 to this power.
         exposure: f64 = 0.0, label("Exposure"), unit("EV"), range(-30.0, 30.0), slider(-6.0, 6.0), decimals(2), effect(Effect::Display);
         /// From radiance to the screen.
-        tone_map: ToneMapName = ToneMapName::Agx, label("Tone map"), effect(Effect::Display);
+        tone_map: ToneMap = ToneMap::Agx, label("Tone map"), effect(Effect::Display);
         /// Another quantity in place of the picture.
         overlay: Overlay = Overlay::None, label("Overlay"), effect(Effect::Display);
     }
@@ -308,10 +308,6 @@ macro_rules! lights {
             /// Its settings, to change.
             pub fn section_mut(&mut self) -> &mut dyn Section {
                 match self { $( Light::$Variant(s) => s ),* }
-            }
-            /// The rows of every kind.
-            pub fn all_rows() -> Vec<(&'static str, &'static [Row])> {
-                vec![ $( ($name, $Section::ROWS) ),* ]
             }
         }
     };

@@ -263,3 +263,29 @@ fn counters_count() {
     let c = draw(&a, &standard(), &dark, 16).counters;
     assert_eq!((c.shadow_rays, c.lookups), (0, c.real_collisions + c.null_collisions));
 }
+
+#[test]
+fn shaders_are_read_again_and_broken_ones_leave_the_picture() {
+    let Some(a) = adapter() else { return };
+    let mut scene = unit_cube(2.0);
+    scene.lights = vec![constant(1.0)];
+    let mut r = renderer(&a, &standard(), &scene, None, false);
+    let pass = Work { samples: 4, groups: u32::MAX };
+    r.submit(pass).expect("draws");
+    let before = r.film.read(&a.gpu).expect("reads");
+    let mut broken = standard();
+    broken.plants.push(("hit = u < share;".into(), "hit = u < shale;".into()));
+    let message = r.reload_shaders(broken).expect_err("shale is unknown").to_string();
+    assert!(message.contains("shaders/integrate/path.wgsl:"), "{message}");
+    assert_eq!(r.progress().samples, 4, "the picture goes on");
+    // Another estimator shows at once, and the old one gives the old bits again.
+    let mut other = standard();
+    other.plants.push(("hit = u < share;".into(), "hit = u < 0.5 * share;".into()));
+    r.reload_shaders(other).expect("builds");
+    assert_eq!(r.progress().samples, 0, "a new shader is a new picture");
+    r.submit(pass).expect("draws");
+    assert_ne!(r.film.read(&a.gpu).expect("reads"), before);
+    r.reload_shaders(standard()).expect("builds");
+    r.submit(pass).expect("draws");
+    assert_eq!(r.film.read(&a.gpu).expect("reads"), before);
+}

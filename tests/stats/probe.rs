@@ -32,7 +32,7 @@ impl Probe {
     pub fn with_field(gpu: &Arc<Gpu>, scene: &Scene, field: Field) -> Probe {
         let medium = Medium::new(gpu, Arc::new(field), scene).expect("a small medium");
         let data = LightData::load(scene).expect("readable lights");
-        let lights = Lights::of(scene, &data, &medium.field, medium.unit);
+        let lights = Lights::of(scene, &data, &medium.field, medium.unit, None);
         let params = Params::of(scene, &medium, &lights, 64, 64);
         let variant = medium.variant(lights.variant(Variant::default())).slot("phase", phase_file(scene));
         Probe { gpu: gpu.clone(), medium, lights, params, variant }
@@ -103,7 +103,7 @@ impl Probe {
         let groups = [
             layouts.frame_group(gpu, &params, &slice),
             self.medium.bind_group(gpu, medium_layout),
-            self.lights.bind_group(gpu, &layouts.lights),
+            self.lights.bind_group(gpu, &layouts.lights, &mut None),
             pipeline::group(gpu, &values_layout, &[&input, &output]),
         ];
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

@@ -55,7 +55,7 @@ fn farthest(a: &Adapter, source: &Source, map: ToneMap) -> (f32, [f32; 3]) {
 #[test]
 fn tone_maps_are_those_of_the_cpu() {
     let Some(a) = adapter() else { return };
-    for map in ToneMap::ALL {
+    for &map in ToneMap::ALL {
         let (off, colour) = farthest(&a, &standard(), map);
         eprintln!("{}: {off:e} at {colour:?}", map.name());
         assert!(off < TOLERANCE, "{} is {off:e} off at {colour:?}", map.name());

@@ -70,20 +70,11 @@ impl Bare {
     fn new(gpu: &Arc<Gpu>, scene: &Scene, field: &Arc<Field>, steps: u32) -> Result<Bare> {
         let layouts = Layouts::new(gpu, &Source::standard())?;
         let medium = Medium::new(gpu, field.clone(), scene)?;
-        let lights = Lights::of(scene, &LightData::load(scene)?, field, medium.unit);
+        let lights = Lights::of(scene, &LightData::load(scene)?, field, medium.unit, None);
         let params = Params::of(scene, &medium, &lights, SIZE, SIZE);
         let film = Film::new(gpu, SIZE, SIZE, false)?;
         let filterable = medium.filterable(gpu);
-        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("bare"),
-            bind_group_layouts: &[
-                Some(&layouts.frame),
-                Some(layouts.medium(filterable)),
-                Some(&layouts.lights),
-                Some(&layouts.film),
-            ],
-            immediate_size: 0,
-        });
+        let layout = layouts.tracer(gpu, filterable);
         let variant = Variant::default().slot("phase", "phase/hg").flag("CAMERA_LENS", false);
         let variant = medium.variant(variant).count("TRACK_STEPS", steps);
         let pipeline = pipeline::compute(gpu, &Source::standard(), "bench/bare", "bare_main", &variant, Some(&layout))?;
@@ -99,7 +90,7 @@ impl Bare {
         let groups = [
             layouts.frame_group(gpu, &params_buffer, &slice_buffer),
             medium.bind_group(gpu, layouts.medium(filterable)),
-            lights.bind_group(gpu, &layouts.lights),
+            lights.bind_group(gpu, &layouts.lights, &mut None),
             layouts.film_group(gpu, &film),
         ];
         Ok(Bare { gpu: gpu.clone(), pipeline, groups, film, params, params_buffer, slice_buffer })

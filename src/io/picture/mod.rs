@@ -240,7 +240,7 @@ fn read(path: &Path) -> Result<(Format, Vec<u8>)> {
     let mut bytes = Vec::new();
     (&file).take(HEAD).read_to_end(&mut bytes).map_err(failed)?;
     let Some(format) = Format::of_bytes(&bytes) else {
-        if bytes.starts_with(b"version https://git-lfs") {
+        if bytes.starts_with(super::LFS_POINTER) {
             return Err(Error::new(Code::PointerFile, format!("{} is a Git LFS pointer.", path.display()))
                 .why("The data was not downloaded.")
                 .hint("Run `git lfs pull`."));
