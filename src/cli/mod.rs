@@ -53,11 +53,7 @@ enum Command {
     /// Say what graphics there is, what is missing, and test it
     Doctor(doctor::DoctorArgs),
     /// List every setting
-    Settings {
-        /// As JSON
-        #[arg(long)]
-        json: bool,
-    },
+    Settings(settings::SettingsArgs),
     /// Print completions for a shell
     Completions {
         /// bash, zsh, fish or powershell
@@ -136,7 +132,7 @@ pub fn main(start: Instant) -> ExitCode {
         }
         Some(Command::Bench(args)) => bench::run(&args, out),
         Some(Command::Doctor(args)) => doctor::run(&args, out),
-        Some(Command::Settings { json }) => settings::run(json, out),
+        Some(Command::Settings(args)) => settings::run(&args, out),
         Some(Command::Completions { shell }) => completions::run(shell, &mut Cli::command(), out),
     };
     let _ = out.flush();

@@ -303,9 +303,13 @@ impl Row {
     }
 }
 
-/// A number as people write it.
+/// A number as people write it; very large and very small ones with a power of ten.
 pub fn plain(x: f64) -> String {
-    format!("{x}").replace('-', "−")
+    /// Longer numbers are hard to read.
+    const READABLE: usize = 11;
+    let (plain, power) = (format!("{x}"), format!("{x:e}"));
+    let text = if plain.len() > READABLE && power.len() < plain.len() { power } else { plain };
+    text.replace('-', "−")
 }
 
 /// A group of settings with one struct behind it.

@@ -139,7 +139,8 @@ fn targets(header: &Header, image: &mut Image) -> Vec<Target> {
         let channels: Vec<usize> =
             if name == "A" { vec![3] } else { (0..3).filter(|&c| colours[c] == index).collect() };
         if channels.is_empty() {
-            let (layer, channel) = name.rsplit_once('.').unwrap_or((&name, ""));
+            // What stands before the point is no name where it is empty: that is the picture's own layer.
+            let (layer, channel) = name.rsplit_once('.').filter(|(layer, _)| !layer.is_empty()).unwrap_or((&name, ""));
             aovs.push((index, layer.to_owned(), channel.to_owned()));
         }
         targets.push(Target { layer: 0, channels });

@@ -419,6 +419,19 @@ fn damaged_files_are_errors_and_never_panics() {
 }
 
 #[test]
+fn a_channel_without_a_layer_before_its_point_is_a_layer() {
+    let (_folder, path) = saved("a.exr", &plain());
+    let mut bytes = fs::read(&path).expect("reads");
+    let list = b"chlist\0";
+    let at = bytes.windows(list.len()).position(|w| w == list).expect("channels") + list.len() + 4;
+    assert_eq!(bytes[at..at + 2], *b"A\0");
+    bytes[at] = b'.';
+    let (image, _) = exr::read(&bytes).expect("reads");
+    assert_eq!((image.defect(), &*image.layers[1].name), (None, "."));
+    assert!(image.rgb().eq(plain().rgb()));
+}
+
+#[test]
 fn an_offset_table_that_names_a_block_twice_is_refused() {
     let (_folder, path) = saved("a.exr", &plain());
     let mut bytes = fs::read(&path).expect("reads");
