@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::{Code, Error, Result};
-use crate::io::picture;
+use crate::io::{picture, volume_file};
 use crate::scene::Scene;
 
 /// Bytes that tell what a file is.
@@ -12,7 +12,15 @@ const HEAD: usize = 64;
 const MAX_SCENE: u64 = 16 << 20;
 
 /// The scene that `path` stands for.
+///
+/// # Errors
+/// Those of [`volume_file::asset`], [`Scene::parse`] and [`picture::read_scene`], and of files that cannot be read. Whether
+/// a volume can be drawn shows when it is loaded.
 pub fn open(path: &Path) -> Result<Scene> {
+    let text = path.to_string_lossy();
+    if volume_file::asset(&text)?.is_some() {
+        return Ok(Scene::of_volume(&text));
+    }
     let read = |e: std::io::Error| Error::reading(path, &e);
     let head = {
         use std::io::Read;

@@ -41,6 +41,10 @@ pub enum Action {
     Left,
     /// Look from below.
     Bottom,
+    /// The camera of this bookmark, from 0.
+    GoTo(u8),
+    /// Keep the camera as this bookmark, from 0.
+    Store(u8),
     /// Brighter.
     ExposureUp,
     /// Darker.
@@ -82,17 +86,18 @@ const CTRL: Modifiers = Modifiers::COMMAND;
 const SHIFT: Modifiers = Modifiers::SHIFT;
 const ALT: Modifiers = Modifiers::ALT;
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
+const ALT_SHIFT: Modifiers = Modifiers::ALT.plus(Modifiers::SHIFT);
 
-/// The table.
+/// The table. Neighbours with the same words are one line of the help overlay.
 pub const ACTIONS: &[Row] = &[
-    row(Action::Open, "File", "Open a volume, scene or picture", &[(CTRL, Key::O)]),
+    row(Action::Open, "File", "Open a file", &[(CTRL, Key::O)]),
     row(Action::SaveScene, "File", "Save the scene", &[(CTRL, Key::S)]),
-    row(Action::Capture, "File", "Save the picture (PNG and EXR)", &[(NONE, Key::F12)]),
+    row(Action::Capture, "File", "Save the picture", &[(NONE, Key::F12)]),
     row(Action::Reload, "File", "Read the volume again", &[(NONE, Key::F5), (CTRL, Key::R)]),
     row(Action::Quit, "File", "Quit", &[(CTRL, Key::Q)]),
     row(Action::Undo, "Edit", "Undo", &[(CTRL, Key::Z)]),
     row(Action::Redo, "Edit", "Redo", &[(CTRL_SHIFT, Key::Z), (CTRL, Key::Y)]),
-    row(Action::CameraBack, "Edit", "Undo the camera's last move", &[(ALT, Key::Z)]),
+    row(Action::CameraBack, "Edit", "Undo a camera move", &[(ALT, Key::Z)]),
     row(Action::Frame, "Camera", "Fit the volume", &[(NONE, Key::F)]),
     row(Action::ResetCamera, "Camera", "Reset the camera", &[(NONE, Key::Home), (NONE, Key::Enter)]),
     row(Action::Front, "Camera", "Look from the front", &[(NONE, Key::Num1)]),
@@ -101,6 +106,14 @@ pub const ACTIONS: &[Row] = &[
     row(Action::Back, "Camera", "Look from behind", &[(CTRL, Key::Num1)]),
     row(Action::Left, "Camera", "Look from the left", &[(CTRL, Key::Num3)]),
     row(Action::Bottom, "Camera", "Look from below", &[(CTRL, Key::Num7)]),
+    row(Action::GoTo(0), "Camera", GO_TO, &[(ALT, Key::Num1)]),
+    row(Action::GoTo(1), "Camera", GO_TO, &[(ALT, Key::Num2)]),
+    row(Action::GoTo(2), "Camera", GO_TO, &[(ALT, Key::Num3)]),
+    row(Action::GoTo(3), "Camera", GO_TO, &[(ALT, Key::Num4)]),
+    row(Action::Store(0), "Camera", STORE, &[(ALT_SHIFT, Key::Num1)]),
+    row(Action::Store(1), "Camera", STORE, &[(ALT_SHIFT, Key::Num2)]),
+    row(Action::Store(2), "Camera", STORE, &[(ALT_SHIFT, Key::Num3)]),
+    row(Action::Store(3), "Camera", STORE, &[(ALT_SHIFT, Key::Num4)]),
     row(Action::ExposureUp, "View", "Brighter by half a stop", &[(NONE, Key::CloseBracket)]),
     row(Action::ExposureDown, "View", "Darker by half a stop", &[(NONE, Key::OpenBracket)]),
     row(Action::NextToneMap, "View", "Next tone map", &[(NONE, Key::T)]),
@@ -110,11 +123,14 @@ pub const ACTIONS: &[Row] = &[
     row(Action::Theme, "View", "Light or dark window", &[(CTRL, Key::L)]),
     row(Action::Help, "View", "This list", &[(NONE, Key::H), (SHIFT, Key::Slash), (NONE, Key::Questionmark)]),
     row(Action::Pause, "Render", "Hold or go on", &[(SHIFT, Key::Space), (NONE, Key::P)]),
-    row(Action::Step, "Render", "One sample more while held", &[(NONE, Key::Period)]),
+    row(Action::Step, "Render", "One more sample", &[(NONE, Key::Period)]),
     row(Action::Restart, "Render", "Start the picture anew", &[(SHIFT, Key::R)]),
     row(Action::ReloadShaders, "Render", "Read the shaders again", &[(SHIFT, Key::F5)]),
-    row(Action::DynamicScale, "Render", "Reduced resolution while moving", &[(SHIFT, Key::D)]),
+    row(Action::DynamicScale, "Render", "Adapt the resolution", &[(SHIFT, Key::D)]),
 ];
+
+const GO_TO: &str = "Go to view 1 … 4";
+const STORE: &str = "Keep as view 1 … 4";
 
 const fn row(action: Action, group: &'static str, text: &'static str, keys: &'static [(Modifiers, Key)]) -> Row {
     Row { action, group, text, keys }
@@ -160,12 +176,19 @@ pub fn pressed(ctx: &egui::Context) -> Vec<Action> {
     // By each event's own modifiers: the state at the end of a slow frame may be another.
     ctx.input_mut(|input| {
         input.events.retain(|event| {
-            let egui::Event::Key { key, pressed: true, modifiers, .. } = event else { return true };
-            let action = action_of(*modifiers, *key, typing);
+            let egui::Event::Key { key, physical_key, pressed: true, modifiers, .. } = event else { return true };
+            // With Shift or Alt a digit's key may mean another sign, on some keyboards without them too.
+            let digit = physical_key.filter(|k| (Key::Num0..=Key::Num9).contains(k));
+            let by_place = || digit.and_then(|k| action_of(*modifiers, k, typing));
+            let action = action_of(*modifiers, *key, typing).or_else(by_place);
             found.extend(action);
             action.is_none()
         });
     });
+    if found.contains(&Action::Panel) {
+        // Its key would also move the keyboard's focus.
+        ctx.memory_mut(|memory| memory.move_focus(egui::FocusDirection::None));
+    }
     found
 }
 
@@ -209,5 +232,7 @@ mod tests {
         assert_eq!(action_of(NONE, Key::F, true), None, "a field has the keyboard");
         assert_eq!(action_of(NONE, Key::F12, true), Some(Action::Capture));
         assert_eq!(action_of(NONE, Key::W, false), None);
+        assert_eq!(action_of(ALT, Key::Num2, true), Some(Action::GoTo(1)));
+        assert_eq!(action_of(ALT | SHIFT, Key::Num4, true), Some(Action::Store(3)));
     }
 }

@@ -8,6 +8,7 @@ use crate::render::Renderer;
 use crate::render::film::Sums;
 use crate::save;
 use crate::scene::Scene;
+use crate::scene::value::asset_name;
 
 /// Numbers that are tried for a free file name.
 const TRIES: u32 = 100_000;
@@ -23,6 +24,9 @@ pub fn folder() -> PathBuf {
 
 /// The name of the scene's volume without its ending.
 pub fn stem(scene: &Scene) -> String {
+    if let Some(name) = asset_name(&scene.volume.file.0) {
+        return name.to_owned();
+    }
     let file = Path::new(&scene.volume.file.0).file_stem().map(|s| s.to_string_lossy().into_owned());
     file.filter(|s| !s.is_empty()).unwrap_or_else(|| "cumulus".into())
 }

@@ -1,37 +1,34 @@
-//! Drives the renderer for the window: loads volumes on a thread, chooses resolution and work, keeps the figures.
+//! Drives the renderer for the window: loads volumes on a thread, chooses resolution and work, keeps the figures, goes on
+//! when the device is lost.
 
 use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
-use crate::error::{Error, Result};
+use crate::error::{Code, Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::shader::Source;
 use crate::render::field::Field;
 use crate::render::film::{Counters, Sums};
 use crate::render::medium::Medium;
-use crate::render::pace::Pace;
+use crate::render::pace::{LEAST_SCALE, Pace, Stage, moving_scale, rest_scale, takes_over, wanted};
 use crate::render::{Renderer, Work};
 use crate::scene::row::Effect;
 use crate::scene::{Scene, Volume};
 
-/// Linear scales of the picture while things move.
-const SCALES: [f64; 14] = [1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.27, 0.25, 0.21, 0.18, 0.15, 0.125];
-/// After this time without a change the picture is drawn at full resolution, seconds.
+/// After this time without a change the picture goes on to full resolution, seconds.
 const SETTLE: f64 = 0.2;
 /// Frame time to reach on a software adapter and on a device, seconds.
 const TARGET_SOFTWARE: f64 = 0.1;
 const TARGET_GPU: f64 = 1.0 / 60.0;
 /// The tracer gets at least this share of a frame.
 const LEAST_SHARE: f64 = 0.3;
-/// A growing scale must fit with this reserve, so that it does not swing.
-const RESERVE: f64 = 0.9;
 /// Weight of the newest measurement in running means.
 const NEWEST: f64 = 0.2;
 /// Seconds between looks at the counters, and at the film for the error.
 const COUNT_EVERY: f64 = 0.25;
 const ERROR_EVERY: f64 = 1.5;
 
-/// What the status bar and the panels show.
+/// What the status bar and the panels show of the picture under way.
 #[derive(Clone, Debug, Default)]
 pub struct Figures {
     /// Samples that every pixel has.
@@ -40,7 +37,7 @@ pub struct Figures {
     pub seconds: f64,
     /// Paths a second.
     pub paths_per_second: f64,
-    /// Linear scale of the picture.
+    /// Linear scale of the picture on screen; a coarser one stays until the one under way is as good.
     pub scale: f64,
     /// Relative error, where it is known.
     pub error: Option<f64>,
@@ -55,6 +52,12 @@ struct Loading {
     volume: Volume,
     since: Instant,
     result: mpsc::Receiver<Result<Medium>>,
+}
+
+/// A picture in memory, for the time after the device is lost: as a film of one sample.
+struct Kept {
+    size: (u32, u32),
+    sum: Vec<[f32; 4]>,
 }
 
 /// The renderer and what drives it.
@@ -75,7 +78,13 @@ pub struct Engine {
     stale: bool,
     loaded: Option<Volume>,
     pace: Pace,
+    /// Scale of the picture under way.
     scale: f64,
+    /// What is on screen of the scene as it is; `None`: only what was there before the last change.
+    shown: Option<Stage>,
+    /// Samples of the picture under way after the last frame; fewer mean that someone restarted it.
+    drawn: u32,
+    kept: Option<Kept>,
     size: (u32, u32),
     last_change: f64,
     overhead: f64,
@@ -111,7 +120,10 @@ impl Engine {
             loaded: None,
             // Its budget is set before every piece of work.
             pace: Pace::new(0.0),
-            scale: SCALES[SCALES.len() - 1],
+            scale: LEAST_SCALE,
+            shown: None,
+            drawn: 0,
+            kept: None,
             size: (0, 0),
             last_change: f64::NEG_INFINITY,
             overhead: 0.0,
@@ -130,6 +142,11 @@ impl Engine {
     /// Whether the picture has appeared at least once.
     pub fn has_picture(&self) -> bool {
         self.first_picture
+    }
+
+    /// Whether the scene as it is is on screen at full scale.
+    pub fn is_whole(&self) -> bool {
+        self.shown.is_some_and(Stage::is_whole)
     }
 
     /// Reads the volume of the scene again; the old one stays until then.
@@ -152,6 +169,10 @@ impl Engine {
     /// change asks for. `moving`: treat the scene as changing (the benchmark).
     pub fn frame(&mut self, scene: &Scene, viewport: (u32, u32), now: f64, held: bool, moving: bool) -> Outcome {
         let mut outcome = Outcome::default();
+        if self.gpu.is_lost() {
+            // The window sees to it.
+            return outcome;
+        }
         let medium = self.poll_loading(scene, &mut outcome);
         // Until new data is there, the old volume stays in the picture.
         let mut shown = scene.clone();
@@ -165,6 +186,7 @@ impl Engine {
         if let Err(e) = self.advance(&shown, medium, now, held, moving, &mut outcome) {
             outcome.errors.push(e);
         }
+        outcome.errors.retain(|e| e.code != Code::DeviceLost);
         outcome
     }
 
@@ -175,7 +197,7 @@ impl Engine {
             match loading.result.try_recv() {
                 Err(mpsc::TryRecvError::Empty) => outcome.busy = true,
                 Err(mpsc::TryRecvError::Disconnected) => {
-                    outcome.errors.push(Error::new(crate::error::Code::Failed, "The volume's reader stopped."));
+                    outcome.errors.push(Error::new(Code::Failed, "The volume's reader stopped."));
                     self.failed = self.loading.take().map(|l| l.volume);
                 }
                 Ok(result) => {
@@ -234,45 +256,53 @@ impl Engine {
         };
         let changes = scene.changes(&renderer.scene);
         let resized = self.size != (scene.film.width, scene.film.height);
-        if changes.accumulation || medium.is_some() || resized || moving {
+        let changed = changes.accumulation || medium.is_some() || resized || moving;
+        if changed {
             self.last_change = now;
         }
-        let preview = self.dynamic && now - self.last_change < SETTLE || moving;
-        self.size = (scene.film.width, scene.film.height);
-        let pixels = f64::from(self.size.0) * f64::from(self.size.1);
-        let old_size = renderer.size();
-        let affordable = || {
-            let rate = self.pace.rate().unwrap_or(0.0) * f64::from(old_size.0) * f64::from(old_size.1);
-            let fits = |s: f64, reserve: f64| s * s * pixels <= rate * reserve;
-            let least = SCALES[SCALES.len() - 1];
-            if rate == 0.0 {
-                least
-            } else if self.scale < 1.0 && fits(self.scale, budget) && !fits(next_larger(self.scale), budget * RESERVE) {
-                self.scale
-            } else {
-                SCALES.into_iter().find(|&s| fits(s, budget * RESERVE)).unwrap_or(least)
-            }
-        };
-        let scale = if preview { affordable() } else { 1.0 };
-        self.scale = scale;
-        let size = scaled(self.size, scale);
-        if size != old_size {
-            let ratio = f64::from(size.0) * f64::from(size.1) / (f64::from(old_size.0) * f64::from(old_size.1));
-            self.pace.rescale(ratio);
+        let restarted = renderer.progress().samples < self.drawn;
+        if changed || restarted {
+            self.shown = None;
         }
+        self.size = (scene.film.width, scene.film.height);
+        let old_size = renderer.size();
+        let pixels = |size: (u32, u32)| f64::from(size.0) * f64::from(size.1);
+        let preview = self.dynamic && now - self.last_change < SETTLE || moving;
+        let scale = if preview && changed {
+            moving_scale(self.scale, pixels(self.size), self.pace.rate().unwrap_or(0.0) * pixels(old_size) * budget)
+        } else if preview {
+            self.scale
+        } else if self.dynamic {
+            rest_scale(Stage { scale: self.scale, samples: renderer.progress().samples }, self.sample_limit)
+        } else {
+            1.0
+        };
+        let size = scaled(self.size, scale);
+        let new_overlay = scene.display.overlay != renderer.scene.display.overlay;
         let made = renderer.update(scene, size, medium)?;
-        if made.accumulation {
-            self.figures = Figures { scale, paths_per_second: self.figures.paths_per_second, ..Figures::default() };
+        self.scale = scale;
+        self.pace.rescale(pixels(size) / pixels(old_size));
+        if made.accumulation || restarted {
+            self.figures = Figures {
+                scale: self.figures.scale,
+                paths_per_second: self.figures.paths_per_second,
+                ..Figures::default()
+            };
             self.error_at = now;
         }
-        self.figures.scale = scale;
+        self.drawn = renderer.progress().samples;
         if !renderer.poll()? {
             outcome.busy = true;
             return Ok(());
         }
         let progress = renderer.progress();
-        let done = self.sample_limit > 0 && progress.samples >= self.sample_limit;
-        if !done && (!held || progress.samples == 0) {
+        let goal = wanted(scale, self.sample_limit);
+        let enough = progress.samples >= goal;
+        let done = enough && scale == 1.0;
+        // A held picture goes on until all of the last change is seen.
+        let rests = held && self.shown.is_some_and(Stage::is_whole);
+        outcome.busy |= !done && !rests;
+        if !enough && !rests {
             let before = Instant::now();
             let tiles = renderer.tiles();
             let submitted = if preview {
@@ -280,24 +310,38 @@ impl Engine {
                 renderer.submit(Work { samples: 1, groups: u32::MAX })?
             } else {
                 self.pace.budget = budget;
-                let left = if self.sample_limit > 0 { self.sample_limit - progress.samples } else { u32::MAX };
-                renderer.submit(self.pace.next(progress, left, tiles))?
+                renderer.submit(self.pace.next(progress, goal - progress.samples, tiles))?
             };
             self.gpu.wait()?;
             let seconds = before.elapsed().as_secs_f64();
             self.pace.note(submitted, seconds);
-            self.note_work(submitted * f64::from(size.0) * f64::from(size.1), seconds, now)?;
-            outcome.busy = true;
+            self.note_work(submitted * pixels(size), seconds, now)?;
         }
-        // An overlay is part of the resolved picture.
-        let renderer = self.renderer.as_mut().expect("drawn with above");
-        if changes.view && !changes.accumulation && renderer.progress().samples > 0 {
-            renderer.resolve();
-        }
+        self.show(done, new_overlay);
         Ok(())
     }
 
-    /// Books finished work, and resolves the picture when a pass is complete.
+    /// Puts the picture under way on screen where that is an improvement, and where there is no way round it: it is
+    /// `done`, or another overlay is wanted, which a coarser picture from before cannot show.
+    fn show(&mut self, done: bool, new_overlay: bool) {
+        let Some(renderer) = &mut self.renderer else { return };
+        let progress = renderer.progress();
+        let newer = Stage { scale: self.scale, samples: progress.samples };
+        self.drawn = progress.samples;
+        if new_overlay {
+            self.shown = None;
+        }
+        let whole = progress.pass == 0 || new_overlay;
+        let better = self.shown.is_none_or(|s| s != newer && (done || takes_over(s, newer)));
+        if newer.samples > 0 && whole && better {
+            renderer.resolve();
+            self.shown = Some(newer);
+            self.figures.scale = newer.scale;
+            self.first_picture = true;
+        }
+    }
+
+    /// Books finished work.
     fn note_work(&mut self, paths: f64, seconds: f64, now: f64) -> Result<()> {
         let Some(renderer) = &mut self.renderer else { return Ok(()) };
         let figures = &mut self.figures;
@@ -308,10 +352,6 @@ impl Engine {
         figures.paths_per_second += weight * (speed - figures.paths_per_second);
         let progress = renderer.progress();
         figures.samples = progress.samples;
-        if progress.samples > 0 && progress.pass == 0 {
-            renderer.resolve();
-            self.first_picture = true;
-        }
         if now - self.counted > COUNT_EVERY {
             self.counted = now;
             figures.counters = renderer.film.count(&self.gpu)?;
@@ -319,8 +359,32 @@ impl Engine {
         // Reading the film costs a little: seldom, and not while things move.
         if progress.pass == 0 && progress.samples > 1 && now - self.error_at > ERROR_EVERY && self.scale == 1.0 {
             self.error_at = now;
-            figures.error = renderer.film.read(&self.gpu)?.relative_error();
+            let sums = renderer.film.read(&self.gpu)?;
+            figures.error = sums.relative_error();
+            self.kept = Some(Kept::of(&sums));
         }
+        Ok(())
+    }
+
+    /// Goes on with `gpu` after the device was lost: uploads the volume again from memory and starts the picture anew. The
+    /// last picture that was read back stays on screen until the first new sample.
+    pub fn recover(&mut self, gpu: Arc<Gpu>) -> Result<()> {
+        // What was being loaded went to the lost device.
+        self.stale |= self.loading.take().is_some();
+        self.gpu = gpu;
+        self.pace = Pace::new(0.0);
+        (self.shown, self.drawn, self.size) = (None, 0, (0, 0));
+        let Some(old) = self.renderer.take() else { return Ok(()) };
+        let medium = Medium::new(&self.gpu, old.medium.field.clone(), &old.scene)?;
+        let size = self.kept.as_ref().map_or((1, 1), |kept| kept.size);
+        let mut renderer = Renderer::new(self.gpu.clone(), Source::standard(), &old.scene, medium, size, false)?;
+        self.first_picture = self.kept.is_some();
+        if let Some(kept) = &self.kept {
+            self.gpu.queue.write_buffer(&renderer.film.sum, 0, bytemuck::cast_slice(&kept.sum));
+            renderer.resolve();
+            renderer.restart();
+        }
+        self.renderer = Some(renderer);
         Ok(())
     }
 
@@ -333,8 +397,14 @@ impl Engine {
     }
 }
 
-fn next_larger(scale: f64) -> f64 {
-    SCALES.into_iter().rev().find(|&s| s > scale).unwrap_or(1.0)
+impl Kept {
+    fn of(sums: &Sums) -> Kept {
+        let texel = |pixel: usize| {
+            let [r, g, b] = sums.mean(pixel).map(|x| x as f32);
+            [r, g, b, 0.0]
+        };
+        Kept { size: (sums.width, sums.height), sum: (0..sums.sum.len()).map(texel).collect() }
+    }
 }
 
 fn scaled(size: (u32, u32), scale: f64) -> (u32, u32) {
@@ -366,6 +436,5 @@ mod tests {
     fn scales_shrink_both_sides() {
         assert_eq!(scaled((1280, 720), 0.25), (320, 180));
         assert_eq!(scaled((3, 1), 0.125), (1, 1));
-        assert_eq!(next_larger(0.25), 0.27);
     }
 }

@@ -2,52 +2,19 @@
 
 use egui::Ui;
 
+use super::actions::Action;
+use super::facts::Facts;
+use super::prefs::BOOKMARKS;
+use super::presets::{PRESETS, preset_of};
 use super::rows::Rows;
+use super::theme::{Theme, Type, size};
 use super::widgets::{
     ButtonsRow, CheckRow, Choice, ComboRow, Digits, Head, Histogram, InfoRow, PhasePlot, Readout, Section, Tip,
     readouts,
 };
-use crate::scene::value::{Auto, Colour, Limit};
+use crate::io::volume_file;
+use crate::scene::value::Limit;
 use crate::scene::{Analytic, Light, MajorantKind, Phase, Procedural, Scene};
-
-/// Facts about the picture and the volume that the panel shows.
-#[derive(Clone, Debug, Default)]
-pub struct Facts {
-    /// Texels along each side, without the border; `None` for an analytic volume.
-    pub voxels: Option<[u32; 3]>,
-    /// Size of the world box.
-    pub extent: [f64; 3],
-    /// Counts of densities above 0 in equal bins up to `density_max`.
-    pub histogram: Vec<u64>,
-    /// The greatest density.
-    pub density_max: f64,
-    /// Mean of the densities above 0.
-    pub density_mean: f64,
-    /// Share of voxels above 0.
-    pub filled: f64,
-    /// Grids that the file offers, and the one in use.
-    pub grids: Vec<String>,
-    /// The grid in use.
-    pub grid: String,
-    /// ∫ density dt along a mean column.
-    pub mean_column: Option<f64>,
-    /// Density scale in use.
-    pub density_scale: f64,
-    /// Density lookups of a path.
-    pub lookups_per_path: Option<f64>,
-    /// Share of null collisions among those of free flights.
-    pub null_ratio: Option<f64>,
-    /// Real collisions of a path that meets the medium.
-    pub bounces: Option<f64>,
-    /// Side of a majorant cell, voxels.
-    pub cell: u32,
-    /// Bytes of density and majorants on the adapter.
-    pub bytes: u64,
-    /// Warnings of the volume.
-    pub warnings: Vec<String>,
-    /// The folder that captures go to.
-    pub captures: String,
-}
 
 /// Which sections are open, in their order.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,63 +31,12 @@ impl Default for Open {
 pub enum Wish {
     /// Choose a file for this setting.
     Browse(String),
-    /// Save the picture.
-    Capture,
-    /// Save the scene.
-    SaveScene,
+    /// What a key does as well.
+    Act(Action),
     /// Draw with reduced resolution while things move.
     Dynamic(bool),
     /// Stop after so many samples; 0: never.
     SampleLimit(u32),
-}
-
-/// A preset: its name, and what it makes of a scene.
-pub type Preset = (&'static str, fn(&mut Scene));
-
-/// The presets, in the order of the menu.
-pub const PRESETS: [Preset; 6] = [
-    ("Cumulus", |s| {
-        cloud(s);
-        s.medium.albedo = Colour([0.9999; 3]);
-    }),
-    ("Dense cumulus", |s| {
-        cloud(s);
-        s.medium.albedo = Colour([1.0; 3]);
-        s.medium.g = 0.877;
-        s.medium.density_scale = Auto::Is(200.0);
-    }),
-    ("Fog", |s| {
-        cloud(s);
-        s.medium.density_scale = Auto::Is(6.0);
-        s.medium.albedo = Colour([0.995; 3]);
-        s.medium.g = 0.7;
-    }),
-    ("Smoke", |s| {
-        cloud(s);
-        s.medium.albedo = Colour([0.6, 0.58, 0.55]);
-        s.medium.g = 0.4;
-        s.medium.density_scale = Auto::Is(25.0);
-    }),
-    ("Milk", |s| {
-        cloud(s);
-        // Scattering and absorption of whole milk: Jensen et al. 2001, table 1, relative to green.
-        s.medium.extinction = Colour([0.79, 1.0, 1.17]);
-        s.medium.albedo = Colour([0.99957, 0.99926, 0.99627]);
-        s.medium.g = 0.75;
-        s.medium.density_scale = Auto::Is(120.0);
-    }),
-    ("White furnace", |s| {
-        cloud(s);
-        s.medium.albedo = Colour([1.0; 3]);
-        s.integrator.max_bounces = Limit::Unlimited;
-        s.lights = vec![Light::Constant(crate::scene::Constant { radiance: Colour([1.0; 3]) })];
-    }),
-];
-
-/// What all presets begin with: the medium's defaults in the same volume.
-fn cloud(scene: &mut Scene) {
-    let medium = crate::scene::Medium::default();
-    scene.medium = crate::scene::Medium { phase: Phase::Hg, ..medium };
 }
 
 /// Shows the whole panel.
@@ -131,8 +47,8 @@ pub fn show(ui: &mut Ui, rows: &mut Rows, facts: &Facts, open: &mut Open, state:
     section(ui, rows, "Volume", "volume.", &volume_summary(facts), true, volume, |ui, rows| {
         volume_section(ui, rows, facts);
     });
-    let preset = state.preset.clone();
-    section(ui, rows, "Medium", "medium.", &preset, false, medium, |ui, rows| medium_section(ui, rows, facts));
+    let preset = preset_of(rows.scene, facts.mean_column).map_or("custom", |preset| preset.name);
+    section(ui, rows, "Medium", "medium.", preset, false, medium, |ui, rows| medium_section(ui, rows, facts));
     let lights = light_summary(rows.scene);
     section(ui, rows, "Light", "lights.", &lights, false, light, light_section);
     let lens = if rows.scene.camera.aperture_radius > 0.0 { "thin lens" } else { "pinhole" };
@@ -141,6 +57,7 @@ pub fn show(ui: &mut Ui, rows: &mut Rows, facts: &Facts, open: &mut Open, state:
         for key in ["fov_y", "aperture_radius", "focus_distance", "position", "target", "up"] {
             rows.show(ui, &format!("camera.{key}"));
         }
+        bookmarks(ui, state, &mut wishes);
     });
     section(ui, rows, "Method", "tracking.", "unbiased", false, method, |ui, rows| {
         method_section(ui, rows, facts, state, &mut wishes);
@@ -156,8 +73,8 @@ pub fn show(ui: &mut Ui, rows: &mut Rows, facts: &Facts, open: &mut Open, state:
         InfoRow { caption: "Folder", text: &facts.captures }.show(ui);
         let buttons = [Choice::new("Picture"), Choice::new("Scene")];
         match (ButtonsRow { head: Head::new("Save"), buttons: &buttons }).show(ui) {
-            Some(0) => wishes.push(Wish::Capture),
-            Some(_) => wishes.push(Wish::SaveScene),
+            Some(0) => wishes.push(Wish::Act(Action::Capture)),
+            Some(_) => wishes.push(Wish::Act(Action::SaveScene)),
             None => {}
         }
     });
@@ -173,8 +90,22 @@ pub struct State {
     pub dynamic: bool,
     /// Samples after which the picture is done; 0: never.
     pub sample_limit: u32,
-    /// The preset that the medium equals; empty if none.
-    pub preset: String,
+    /// Which bookmarks of the camera there are.
+    pub bookmarks: [bool; BOOKMARKS],
+}
+
+fn bookmarks(ui: &mut Ui, state: &State, wishes: &mut Vec<Wish>) {
+    const NAMES: [&str; BOOKMARKS] = ["1", "2", "3", "4"];
+    let go = std::array::from_fn::<_, BOOKMARKS, _>(|i| Choice {
+        blocked: if state.bookmarks[i] { "" } else { "empty" },
+        ..Choice::new(NAMES[i])
+    });
+    if let Some(i) = (ButtonsRow { head: Head::new("Go to view"), buttons: &go }).show(ui) {
+        wishes.push(Wish::Act(Action::GoTo(i as u8)));
+    }
+    if let Some(i) = (ButtonsRow { head: Head::new("Keep as view"), buttons: &NAMES.map(Choice::new) }).show(ui) {
+        wishes.push(Wish::Act(Action::Store(i as u8)));
+    }
 }
 
 #[allow(clippy::too_many_arguments)] // one line for each section; a struct would only rename them
@@ -193,6 +124,9 @@ fn section(
 }
 
 fn volume_summary(facts: &Facts) -> String {
+    if !facts.known {
+        return "loading".into();
+    }
     match (facts.grids.len(), facts.voxels) {
         (n, _) if n > 1 => format!("1 of {n} grids"),
         (_, Some([x, y, z])) => format!("{x} × {y} × {z}"),
@@ -214,14 +148,19 @@ fn volume_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts) {
         let text = format!("{x} × {y} × {z} · {:.0} % filled", facts.filled * 100.0);
         InfoRow { caption: "Voxels", text: &text }.show(ui);
     }
-    let three = Digits::Significant(3);
-    let [x, y, z] = facts.extent.map(|e| three.format(e));
-    InfoRow { caption: "Box", text: &format!("{x} × {y} × {z} units") }.show(ui);
-    InfoRow { caption: "On the adapter", text: &mebibytes(facts.bytes) }.show(ui);
+    if facts.known {
+        let [x, y, z] = facts.extent.map(|e| Digits::Significant(3).format(e));
+        InfoRow { caption: "Box", text: &format!("{x} × {y} × {z} units") }.show(ui);
+        InfoRow { caption: "On the adapter", text: &mebibytes(facts.bytes) }.show(ui);
+    }
     for warning in &facts.warnings {
         InfoRow { caption: "Note", text: warning }.show(ui);
     }
     rows.show(ui, "volume.file");
+    if let Ok(Some(asset)) = volume_file::asset(&rows.scene.volume.file.0) {
+        note(ui, asset.text);
+        note(ui, asset.licence);
+    }
     if facts.grids.len() > 1 {
         let names: Vec<Choice> = facts.grids.iter().map(|g| Choice::new(g)).collect();
         let current = facts.grids.iter().position(|g| *g == facts.grid).unwrap_or(0);
@@ -247,17 +186,28 @@ fn volume_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts) {
     rows.show(ui, "volume.precision");
 }
 
+/// Words in small type, in as many lines as they need.
+fn note(ui: &mut Ui, text: &str) {
+    let theme = Theme::of(ui);
+    egui::Frame::new().inner_margin(egui::Margin::symmetric(size::PADDING as i8, 0)).show(ui, |ui| {
+        ui.add(egui::Label::new(egui::RichText::new(text).font(Type::Small.font()).color(theme.text3)).wrap());
+    });
+}
+
 fn mebibytes(bytes: u64) -> String {
     format!("{} MiB", Digits::Significant(3).format(bytes as f64 / f64::from(1 << 20)))
 }
 
 fn medium_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts) {
-    let names: Vec<Choice> = PRESETS.iter().map(|(name, _)| Choice::new(name)).collect();
-    preset_row(ui, rows, &names);
+    preset_row(ui, rows, facts);
     rows.show(ui, "medium.density_scale");
     let colour = rows.scene.medium.extinction.0.iter().sum::<f64>() / 3.0;
     let peak = facts.density_scale * colour * facts.density_max;
-    let free_path = if peak > 0.0 { 1.0 / peak } else { f64::INFINITY };
+    let free_path = match facts.known {
+        true if peak > 0.0 => 1.0 / peak,
+        true => f64::INFINITY,
+        false => f64::NAN,
+    };
     let thickness = facts.mean_column.map_or(f64::NAN, |c| c * facts.density_scale * colour);
     let three = Digits::Significant(3);
     readouts(
@@ -283,31 +233,21 @@ fn medium_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts) {
     PhasePlot { phase: &move |cosine| phase_value(&medium, cosine) }.show(ui);
 }
 
-fn preset_row(ui: &mut Ui, rows: &mut Rows, names: &[Choice]) {
-    let current = preset_of(rows.scene);
-    let mut all: Vec<Choice> = names.to_vec();
+fn preset_row(ui: &mut Ui, rows: &mut Rows, facts: &Facts) {
+    let current = preset_of(rows.scene, facts.mean_column).map(|preset| preset.name);
+    let mut all: Vec<Choice> = PRESETS.iter().map(|preset| Choice::new(preset.name)).collect();
     if current.is_none() {
         all.push(Choice::new("Custom"));
     }
-    let place = current.unwrap_or(names.len());
+    let place = PRESETS.iter().position(|preset| Some(preset.name) == current).unwrap_or(PRESETS.len());
     let mut chosen = place;
-    let head = Head {
-        tip: Tip { key: "", text: "A medium to start from; the volume stays.", cost: "Starts the picture anew." },
-        ..Head::new("Preset")
-    };
-    ComboRow { head, choices: &all, default: place }.show(ui, &mut chosen);
+    let text =
+        "A whole look: medium, lights, path length. A file of your own stays; a built-in volume comes with its look.";
+    let head = Head { tip: Tip { key: "", text, cost: "Starts the picture anew." }, ..Head::new("Preset") };
+    ComboRow { head, choices: &all, default: 0 }.show(ui, &mut chosen);
     if chosen != place && chosen < PRESETS.len() {
-        PRESETS[chosen].1(rows.scene);
+        PRESETS[chosen].apply(rows.scene, facts.mean_column);
     }
-}
-
-/// The preset whose medium the scene has.
-pub fn preset_of(scene: &Scene) -> Option<usize> {
-    PRESETS.iter().position(|(_, apply)| {
-        let mut probe = scene.clone();
-        apply(&mut probe);
-        probe.medium == scene.medium && probe.integrator == scene.integrator && probe.lights == scene.lights
-    })
 }
 
 /// The phase function of a medium, per steradian; the formulas of shaders/phase.
@@ -378,6 +318,7 @@ fn method_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts, state: &State, wi
         rows.show(ui, "tracking.cell");
     }
     let three = Digits::Significant(3);
+    let cell = if facts.known { facts.cell.to_string() } else { String::new() };
     readouts(
         ui,
         &[
@@ -387,7 +328,7 @@ fn method_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts, state: &State, wi
                 unit: "",
             },
             Readout { caption: "Null share", value: &three.format(facts.null_ratio.unwrap_or(f64::NAN)), unit: "" },
-            Readout { caption: "Finest cell", value: &facts.cell.to_string(), unit: "voxels" },
+            Readout { caption: "Finest cell", value: &cell, unit: "voxels" },
         ],
     );
     let unlimited = rows.scene.integrator.max_bounces == Limit::Unlimited;

@@ -1,12 +1,27 @@
 //! What the window remembers between runs: a small TOML file in the platform's configuration folder
 //! (`NEPHELE_CONFIG_DIR` names another), and the scene of the last session beside it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::error::Result;
 use crate::io::picture;
+use crate::scene::row::Section;
+use crate::scene::value::Value;
+use crate::scene::{Camera, Scene};
 
 use super::panels::Open;
+
+/// Bookmarks of the camera.
+pub const BOOKMARKS: usize = 4;
+
+/// The scene of the last run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Session {
+    /// The scene.
+    pub scene: Scene,
+    /// The run ended without closing its window.
+    pub broken: bool,
+}
 
 /// Remembered state of the window.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +42,10 @@ pub struct Prefs {
     pub sample_limit: u32,
     /// Which sections are open.
     pub open: Open,
+    /// Bookmarks of the camera.
+    pub cameras: [Option<Camera>; BOOKMARKS],
+    /// The scene of the last run, until it is restored or refused; not part of the file.
+    pub session: Option<Session>,
     /// Keys that a newer version wrote; kept.
     unknown: toml::Table,
 }
@@ -42,6 +61,8 @@ impl Default for Prefs {
             dynamic: true,
             sample_limit: 0,
             open: Open::default(),
+            cameras: Default::default(),
+            session: None,
             unknown: toml::Table::new(),
         }
     }
@@ -57,14 +78,16 @@ pub fn folder() -> Option<PathBuf> {
 
 const FILE: &str = "window.toml";
 const SESSION: &str = "session.toml";
+/// First line of a session whose window has not been closed yet.
+const BROKEN: &str = "# The window is open, or stopped without closing.\n";
 /// Smallest and largest size of a window that is remembered.
 const SIDES: std::ops::RangeInclusive<i64> = 200..=16384;
 
 impl Prefs {
-    /// The preferences of the last run; what is missing or does not fit is the default.
+    /// The preferences of the last run, and its scene; what is missing or does not fit is the default.
     pub fn load() -> Prefs {
-        let text = folder().and_then(|f| std::fs::read_to_string(f.join(FILE)).ok()).unwrap_or_default();
-        Prefs::parse(&text)
+        let read = |name: &str| folder().and_then(|f| std::fs::read_to_string(f.join(name)).ok()).unwrap_or_default();
+        Prefs { session: parse_session(&read(SESSION)), ..Prefs::parse(&read(FILE)) }
     }
 
     fn parse(text: &str) -> Prefs {
@@ -96,6 +119,9 @@ impl Prefs {
                 *slot = value.as_bool().unwrap_or(*slot);
             }
         }
+        for (i, slot) in prefs.cameras.iter_mut().enumerate() {
+            *slot = table.remove(&camera_key(i)).and_then(|v| parse_camera(v.as_table()?));
+        }
         prefs.unknown = table;
         prefs
     }
@@ -112,24 +138,70 @@ impl Prefs {
         put("dynamic", self.dynamic.into());
         put("sample_limit", i64::from(self.sample_limit).into());
         put("open", self.open.0.to_vec().into());
+        for (i, camera) in self.cameras.iter().enumerate() {
+            if let Some(camera) = camera {
+                put(&camera_key(i), camera_table(camera).into());
+            }
+        }
         table.to_string()
     }
 
-    /// Writes the preferences, and the scene of the session.
-    pub fn save(&self, scene: &crate::scene::Scene) -> Result<()> {
-        let Some(folder) = folder() else { return Ok(()) };
-        std::fs::create_dir_all(&folder).map_err(|e| crate::error::Error::writing(&folder, &e))?;
-        let write = |name: &str, text: String| {
-            picture::write_whole(&folder.join(name), |f| std::io::Write::write_all(f, text.as_bytes()))
-        };
-        write(FILE, self.to_toml())?;
-        write(SESSION, scene.to_toml(std::path::Path::new("")))
+    /// Writes the preferences, and the scene of a session that ends well.
+    ///
+    /// # Errors
+    /// [`crate::error::Code::Write`] where the folder cannot be written to.
+    pub fn save(&self, scene: &Scene) -> Result<()> {
+        write(FILE, &self.to_toml())?;
+        self.save_session(scene, false)
+    }
+
+    /// Writes the scene of the session; `broken`: the window is still open. A session that waits to be restored is not
+    /// written over by a scene that nobody has touched.
+    ///
+    /// # Errors
+    /// [`crate::error::Code::Write`] where the folder cannot be written to.
+    pub fn save_session(&self, scene: &Scene, broken: bool) -> Result<()> {
+        if self.session.is_some() && *scene == Scene::default() {
+            return Ok(());
+        }
+        let mark = if broken { BROKEN } else { "" };
+        write(SESSION, &format!("{mark}{}", scene.to_toml(Path::new(""))))
     }
 }
 
-/// The scene file of the last session, if there is one.
-pub fn session() -> Option<PathBuf> {
-    folder().map(|f| f.join(SESSION)).filter(|p| p.is_file())
+fn write(name: &str, text: &str) -> Result<()> {
+    let Some(folder) = folder() else { return Ok(()) };
+    std::fs::create_dir_all(&folder).map_err(|e| crate::error::Error::writing(&folder, &e))?;
+    picture::write_whole(&folder.join(name), |f| std::io::Write::write_all(f, text.as_bytes()))
+}
+
+/// The scene of a session's file; nothing where it does not fit this version.
+fn parse_session(text: &str) -> Option<Session> {
+    if text.is_empty() {
+        return None;
+    }
+    let scene = Scene::parse(text, SESSION, Path::new("")).ok()?;
+    Some(Session { scene, broken: text.starts_with(BROKEN) })
+}
+
+fn camera_key(index: usize) -> String {
+    format!("camera_{}", index + 1)
+}
+
+fn camera_table(camera: &Camera) -> toml::Table {
+    let line = |(i, row): (usize, &crate::scene::row::Row)| format!("{} = {}\n", row.key, camera.get(i));
+    let text: String = Camera::ROWS.iter().enumerate().map(line).collect();
+    text.parse().expect("values print as TOML")
+}
+
+/// The camera of a table; nothing where a value does not fit.
+fn parse_camera(table: &toml::Table) -> Option<Camera> {
+    let mut camera = Camera::default();
+    for (key, value) in table {
+        let index = Camera::ROWS.iter().position(|row| row.key == key)?;
+        camera.set(index, &Value::parse_or_text(&value.to_string())).ok()?;
+    }
+    Some(camera)
 }
 
 #[cfg(test)]
@@ -144,5 +216,26 @@ mod tests {
         assert_eq!(Prefs::parse("width = \"x\"\nheight = 3\nzoom = nan = 1"), Prefs::default());
         let newer = Prefs::parse("future = 1\nlight = true");
         assert!(newer.light && newer.to_toml().contains("future = 1"));
+    }
+
+    #[test]
+    fn bookmarks_survive_and_bad_ones_are_dropped() {
+        let mut prefs = Prefs::default();
+        let position = crate::scene::value::Auto::Is(glam::DVec3::new(1.0, 0.1, -3e-7));
+        prefs.cameras[1] = Some(Camera { position, fov_y: 27.5, ..Camera::default() });
+        assert_eq!(Prefs::parse(&prefs.to_toml()), prefs);
+        let bad = Prefs::parse("light = true\n[camera_1]\nfov_y = 400.0\n[camera_2]\nfov_y = 30.0\n[camera_3]\nx = 1");
+        assert_eq!(bad.cameras, [None, Some(Camera { fov_y: 30.0, ..Camera::default() }), None, None]);
+        assert!(bad.light);
+    }
+
+    #[test]
+    fn a_session_tells_how_its_window_ended() {
+        let mut scene = Scene::of_volume("asset:smoke-column");
+        scene.medium.g = 0.1;
+        let text = scene.to_toml(Path::new(""));
+        assert_eq!(parse_session(&text), Some(Session { scene: scene.clone(), broken: false }));
+        assert_eq!(parse_session(&format!("{BROKEN}{text}")), Some(Session { scene, broken: true }));
+        assert_eq!((parse_session(""), parse_session("medium = 3")), (None, None));
     }
 }

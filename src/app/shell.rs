@@ -1,4 +1,4 @@
-//! The window itself: winit's events, the surface, egui's painter, and the benchmark that orbits.
+//! The window itself: winit's events, the surface, egui's painter, a device that is lost.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
@@ -6,47 +6,37 @@ use std::time::{Duration, Instant};
 
 use egui_wgpu::ScreenDescriptor;
 use egui_winit::accesskit_winit;
-use glam::DVec2;
 use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, Window, WindowId};
 
-use super::engine::Engine;
+use super::actions::Action;
 use super::picture::Presenter;
 use super::prefs::Prefs;
-use super::{App, orbit, theme};
+use super::widgets::Kind;
+use super::{App, theme};
 use crate::error::{Code, Error, Result};
 use crate::gpu::device::{Gpu, instance};
-use crate::render::params::View;
 use crate::scene::Scene;
+
+mod benchmark;
+mod watch;
+
+pub use benchmark::Benchmark;
+use benchmark::Timings;
+use watch::Watch;
 
 /// Smallest window, points.
 const SMALLEST: (u32, u32) = (480, 320);
 /// Seconds between two looks at work that is not the window's own (a loading thread).
 const POLL: Duration = Duration::from_millis(15);
 
-/// An orbit of so many frames, timed.
-#[derive(Clone, Debug)]
-pub struct Benchmark {
-    /// Frames of the orbit.
-    pub frames: u32,
-    /// Where the figures go, beside standard output.
-    pub json: Option<PathBuf>,
-    /// When the program began.
-    pub start: Instant,
-}
-
-/// Figures of a benchmark.
-#[derive(Debug, Default)]
-struct Timings {
-    first_picture: Option<f64>,
-    start_view: Option<View>,
-    frame: u32,
-    last: Option<Instant>,
-    seconds: Vec<f64>,
-    scales: Vec<f64>,
-}
+/// A device that is lost so many times within so many seconds is given up.
+const MOST_LOSSES: usize = 3;
+const LOSS_WINDOW: f64 = 60.0;
+/// To try it: seconds after the start, with commas between, at which the device is given away as if it were lost.
+const LOSE_DEVICE: &str = "NEPHELE_LOSE_DEVICE";
 
 /// Events from outside the window.
 enum Outside {
@@ -71,6 +61,9 @@ pub fn run(scene: Scene, prefs: Prefs, notes: Vec<Error>, benchmark: Option<Benc
         dialog: None,
         clock: Instant::now(),
         benchmark: benchmark.map(|b| (b, Timings::default())),
+        watch: Watch::shaders(),
+        losses: Vec::new(),
+        planned_losses: planned_losses(),
         error: None,
     };
     theme::install(&shell.context);
@@ -87,6 +80,14 @@ fn no_display(why: &str) -> Error {
         .hint("`nephele render INPUT -o picture.png` needs no window.")
 }
 
+/// When the device shall be lost, the last first.
+fn planned_losses() -> Vec<f64> {
+    let list = std::env::var(LOSE_DEVICE).unwrap_or_default();
+    let mut seconds: Vec<f64> = list.split(',').filter_map(|s| s.parse().ok()).collect();
+    seconds.sort_by(|a, b| b.total_cmp(a));
+    seconds
+}
+
 /// A file dialog that is open, and the setting that its answer goes to.
 struct Dialog {
     key: String,
@@ -96,12 +97,55 @@ struct Dialog {
 /// Everything that exists while the window does.
 struct Open {
     window: Arc<Window>,
+    canvas: Canvas,
+    input: egui_winit::State,
+    next: Option<Instant>,
+}
+
+/// What is lost with the device.
+struct Canvas {
+    gpu: Arc<Gpu>,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
-    gpu: Arc<Gpu>,
-    input: egui_winit::State,
     painter: egui_wgpu::Renderer,
-    next: Option<Instant>,
+}
+
+impl Canvas {
+    fn new(window: &Arc<Window>, present_mode: wgpu::PresentMode) -> Result<Canvas> {
+        let instance = instance();
+        let surface = instance.create_surface(window.clone()).map_err(|e| no_display(&e.to_string()))?;
+        let gpu = Arc::new(Gpu::open(instance, Some(&surface))?);
+        let capabilities = surface.get_capabilities(&gpu.adapter);
+        let format =
+            egui_wgpu::preferred_framebuffer_format(&capabilities.formats).map_err(|e| no_display(&e.to_string()))?;
+        let size = window.inner_size();
+        let config = wgpu::SurfaceConfiguration {
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            format,
+            color_space: Default::default(),
+            width: size.width.max(1),
+            height: size.height.max(1),
+            present_mode,
+            desired_maximum_frame_latency: 2,
+            alpha_mode: wgpu::CompositeAlphaMode::Auto,
+            view_formats: Vec::new(),
+        };
+        surface.configure(&gpu.device, &config);
+        let painter = egui_wgpu::Renderer::new(&gpu.device, format, egui_wgpu::RendererOptions::default());
+        Ok(Canvas { gpu, surface, config, painter })
+    }
+
+    fn presenter(&self) -> Result<Presenter> {
+        Presenter::new(&self.gpu, self.config.format)
+    }
+
+    fn max_texture_side(&self) -> usize {
+        self.gpu.limits.max_texture_dimension_2d as usize
+    }
+
+    fn configure(&self) {
+        self.surface.configure(&self.gpu.device, &self.config);
+    }
 }
 
 struct Shell {
@@ -113,6 +157,10 @@ struct Shell {
     dialog: Option<Dialog>,
     clock: Instant,
     benchmark: Option<(Benchmark, Timings)>,
+    watch: Option<Watch>,
+    /// When the device was lost, seconds.
+    losses: Vec<f64>,
+    planned_losses: Vec<f64>,
     error: Option<Error>,
 }
 
@@ -140,15 +188,16 @@ impl ApplicationHandler<Outside> for Shell {
         let now = self.clock.elapsed().as_secs_f64();
         let Some(open) = &mut self.open else { return };
         let response = open.input.on_window_event(&open.window, &event);
-        if response.repaint {
+        // egui asks for another frame at each one that the system asks for: the window would never rest.
+        if response.repaint && event != WindowEvent::RedrawRequested {
             open.window.request_redraw();
         }
         match event {
             WindowEvent::CloseRequested => self.end(event_loop, None),
             WindowEvent::Resized(size) if size.width > 0 && size.height > 0 => {
-                open.config.width = size.width;
-                open.config.height = size.height;
-                open.surface.configure(&open.gpu.device, &open.config);
+                open.canvas.config.width = size.width;
+                open.canvas.config.height = size.height;
+                open.canvas.configure();
                 open.window.request_redraw();
             }
             WindowEvent::HoveredFile(_) => self.app.set_dropping(true),
@@ -159,7 +208,11 @@ impl ApplicationHandler<Outside> for Shell {
                 open.window.request_redraw();
             }
             WindowEvent::RedrawRequested => {
-                if let Err(e) = self.redraw(event_loop) {
+                let mut drawn = self.redraw(event_loop);
+                if self.open.as_ref().is_some_and(|open| open.canvas.gpu.is_lost()) {
+                    drawn = self.recover();
+                }
+                if let Err(e) = drawn {
                     self.end(event_loop, Some(e));
                 }
             }
@@ -168,15 +221,17 @@ impl ApplicationHandler<Outside> for Shell {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        let Some(open) = &self.open else { return };
-        match open.next {
-            Some(at) if at <= Instant::now() => {
-                open.window.request_redraw();
-                event_loop.set_control_flow(ControlFlow::Wait);
-            }
-            Some(at) => event_loop.set_control_flow(ControlFlow::WaitUntil(at)),
-            None => event_loop.set_control_flow(ControlFlow::Wait),
+        if self.watch.as_mut().is_some_and(Watch::changed) {
+            self.reload_shaders();
         }
+        let Some(open) = &mut self.open else { return };
+        let now = Instant::now();
+        if open.next.is_some_and(|at| at <= now) {
+            open.window.request_redraw();
+            open.next = None;
+        }
+        let wake = open.next.into_iter().chain(self.watch.as_ref().map(|w| w.next)).min();
+        event_loop.set_control_flow(wake.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }
 
@@ -194,46 +249,76 @@ impl Shell {
             .with_visible(false);
         let window = event_loop.create_window(attributes).map_err(|e| no_display(&e.to_string()))?;
         let window = Arc::new(window);
-        let instance = instance();
-        let surface = instance.create_surface(window.clone()).map_err(|e| no_display(&e.to_string()))?;
-        let gpu = Arc::new(Gpu::open(instance, Some(&surface))?);
-        let capabilities = surface.get_capabilities(&gpu.adapter);
-        let format =
-            egui_wgpu::preferred_framebuffer_format(&capabilities.formats).map_err(|e| no_display(&e.to_string()))?;
-        let size = window.inner_size();
-        let present_mode =
-            if self.benchmark.is_some() { wgpu::PresentMode::AutoNoVsync } else { wgpu::PresentMode::AutoVsync };
-        let config = wgpu::SurfaceConfiguration {
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-            format,
-            color_space: Default::default(),
-            width: size.width.max(1),
-            height: size.height.max(1),
-            present_mode,
-            desired_maximum_frame_latency: 2,
-            alpha_mode: wgpu::CompositeAlphaMode::Auto,
-            view_formats: Vec::new(),
-        };
-        surface.configure(&gpu.device, &config);
+        let canvas = Canvas::new(&window, self.present_mode())?;
         let mut input = egui_winit::State::new(
             self.context.clone(),
             egui::ViewportId::ROOT,
             &window,
             Some(window.scale_factor() as f32),
             window.theme(),
-            Some(gpu.limits.max_texture_dimension_2d as usize),
+            Some(canvas.max_texture_side()),
         );
         input.init_accesskit(event_loop, &window, self.proxy.clone());
         window.set_visible(true);
         self.context.set_zoom_factor(self.app.prefs.zoom);
-        let painter = egui_wgpu::Renderer::new(&gpu.device, format, egui_wgpu::RendererOptions::default());
-        self.app.attach(gpu.clone(), Presenter::new(&gpu, format)?);
+        self.app.attach(canvas.gpu.clone(), canvas.presenter()?);
         for note in self.notes.drain(..) {
             self.app.report(0.0, &note);
         }
-        gpu.check()?;
+        canvas.gpu.check()?;
         window.request_redraw();
-        Ok(Open { window, surface, config, gpu, input, painter, next: None })
+        Ok(Open { window, canvas, input, next: None })
+    }
+
+    fn present_mode(&self) -> wgpu::PresentMode {
+        if self.benchmark.is_some() { wgpu::PresentMode::AutoNoVsync } else { wgpu::PresentMode::AutoVsync }
+    }
+
+    /// Goes on with a new device after the old one was lost, unless that happens again and again.
+    fn recover(&mut self) -> Result<()> {
+        let Some(Open { window, canvas, mut input, .. }) = self.open.take() else { return Ok(()) };
+        let now = self.clock.elapsed().as_secs_f64();
+        if given_up(&mut self.losses, now) {
+            return Err(Error::new(
+                Code::DeviceLost,
+                format!("The graphics device was lost {MOST_LOSSES} times within a minute."),
+            )
+            .why("A driver that fails, work that takes it too long, or a device that is going away.")
+            .hint(
+                "Update the driver, or draw on another adapter: NEPHELE_ADAPTER names it, `nephele doctor` lists them.",
+            ));
+        }
+        // Two surfaces of one window do not go together.
+        drop(canvas);
+        let canvas = Canvas::new(&window, self.present_mode())?;
+        self.app.presenter = Some(Arc::new(canvas.presenter()?));
+        if let Some(engine) = &mut self.app.engine {
+            engine.recover(canvas.gpu.clone())?;
+        }
+        input.set_max_texture_side(canvas.max_texture_side());
+        // Makes egui draw its glyphs anew, into a new texture.
+        self.context.set_font_providers(Vec::new());
+        let seconds = self.clock.elapsed().as_secs_f64() - now;
+        log::warn!("the graphics device was lost; another one is open after {seconds:.2} s");
+        let more = format!("Recovered in {seconds:.1} s on {}; the picture starts anew.", canvas.gpu.info.name);
+        self.app.toasts.push(now, Kind::Warn, "The graphics device was reset".to_owned(), more, Vec::new());
+        window.request_redraw();
+        self.open = Some(Open { window, canvas, input, next: None });
+        Ok(())
+    }
+
+    /// Reads the shaders again, that which shows the picture included; on an error the old ones stay.
+    fn reload_shaders(&mut self) {
+        let now = self.clock.elapsed().as_secs_f64();
+        let Some(open) = &self.open else { return };
+        match open.canvas.presenter() {
+            Ok(presenter) => {
+                self.app.presenter = Some(Arc::new(presenter));
+                self.app.act(Action::ReloadShaders, now);
+            }
+            Err(e) => self.app.report(now, &e),
+        }
+        open.window.request_redraw();
     }
 
     fn redraw(&mut self, event_loop: &ActiveEventLoop) -> Result<()> {
@@ -242,6 +327,9 @@ impl Shell {
         let begin = Instant::now();
         let now = self.clock.elapsed().as_secs_f64();
         let Some(open) = &mut self.open else { return Ok(()) };
+        if self.planned_losses.pop_if(|at| *at <= now).is_some() {
+            open.canvas.gpu.lose();
+        }
         let raw = open.input.take_egui_input(&open.window);
         let traced_before = self.app.engine.as_ref().map_or(0.0, |e| e.figures.seconds);
         let app = &mut self.app;
@@ -254,22 +342,27 @@ impl Shell {
             }
         });
         open.input.handle_platform_output(&open.window, output.platform_output);
+        let Canvas { gpu, painter, .. } = &mut open.canvas;
+        if gpu.is_lost() {
+            output.textures_delta.clear();
+            return Ok(());
+        }
         for (id, deltas) in &output.textures_delta.set {
             for delta in deltas {
-                open.painter.update_texture(&open.gpu.device, &open.gpu.queue, *id, delta);
+                painter.update_texture(&gpu.device, &gpu.queue, *id, delta);
             }
         }
         let jobs = self.context.tessellate(output.shapes, output.pixels_per_point);
-        let presented = paint(open, &jobs, output.pixels_per_point);
+        let presented = paint(&mut open.canvas, &open.window, &jobs, output.pixels_per_point);
         for id in &output.textures_delta.free {
-            open.painter.free_texture(id);
+            open.canvas.painter.free_texture(id);
         }
         output.textures_delta.clear();
         if !presented {
             open.next = Some(Instant::now() + POLL);
             return Ok(());
         }
-        open.gpu.check()?;
+        open.canvas.gpu.check()?;
         let frame = begin.elapsed().as_secs_f64();
         if let Some(engine) = &mut app.engine {
             let traced = (engine.figures.seconds - traced_before).clamp(0.0, frame);
@@ -322,52 +415,6 @@ impl Shell {
         }
     }
 
-    /// Places the camera of the next frame of a benchmark.
-    fn step_benchmark(&mut self) {
-        let Some((benchmark, timings)) = &mut self.benchmark else { return };
-        let Some(renderer) = self.app.engine.as_ref().and_then(|e| e.renderer.as_ref()) else { return };
-        let aspect = f64::from(self.app.scene.film.width) / f64::from(self.app.scene.film.height);
-        let field = &renderer.medium.field;
-        let start = *timings.start_view.get_or_insert_with(|| View::of(&self.app.scene.camera, field, aspect));
-        if timings.first_picture.is_some() {
-            // A whole turn in radians is two viewport heights of drag.
-            let share = f64::from(timings.frame) / f64::from(benchmark.frames);
-            orbit::orbit(&mut self.app.scene.camera, &start, DVec2::new(2.0 * share, 0.0));
-        }
-    }
-
-    /// Books a presented frame of a benchmark; ends after the last.
-    fn book_benchmark(&mut self, event_loop: &ActiveEventLoop) -> Result<()> {
-        let Some((benchmark, timings)) = &mut self.benchmark else { return Ok(()) };
-        let Some(engine) = self.app.engine.as_ref().filter(|e| e.has_picture()) else { return Ok(()) };
-        let now = Instant::now();
-        match timings.last {
-            None => timings.first_picture = Some(benchmark.start.elapsed().as_secs_f64()),
-            Some(last) => {
-                timings.seconds.push((now - last).as_secs_f64());
-                timings.scales.push(engine.figures.scale);
-                timings.frame += 1;
-            }
-        }
-        timings.last = Some(now);
-        if timings.frame < benchmark.frames {
-            if let Some(open) = &self.open {
-                open.window.request_redraw();
-            }
-            return Ok(());
-        }
-        let figures = report(benchmark, timings, engine, &self.app.scene);
-        println!("{figures:#}");
-        let written = match &benchmark.json {
-            Some(path) => crate::io::picture::write_whole(path, |f| {
-                std::io::Write::write_all(f, format!("{figures:#}\n").as_bytes())
-            }),
-            None => Ok(()),
-        };
-        self.end(event_loop, written.err());
-        Ok(())
-    }
-
     fn end(&mut self, event_loop: &ActiveEventLoop, error: Option<Error>) {
         if self.benchmark.is_none()
             && self.open.is_some()
@@ -380,66 +427,25 @@ impl Shell {
     }
 }
 
-impl App {
-    /// A frame of the benchmark: the picture alone, edge to edge.
-    fn benchmark_frame(&mut self, ui: &mut egui::Ui, now: f64) {
-        egui::CentralPanel::default().frame(egui::Frame::new()).show(ui, |ui| {
-            let rect = ui.available_rect_before_wrap();
-            let pixels = ui.ctx().pixels_per_point();
-            let size = ((rect.width() * pixels).round() as u32, (rect.height() * pixels).round() as u32);
-            self.draw(size, now, true);
-            if let (Some(engine), Some(presenter)) = (&self.engine, &self.presenter)
-                && let Some(renderer) = engine.renderer.as_ref().filter(|_| engine.has_picture())
-            {
-                let painting = presenter.painting(renderer);
-                ui.painter().add(egui_wgpu::Callback::new_paint_callback(rect, painting));
-            }
-        });
-        self.animating = true;
-    }
-}
-
-fn report(benchmark: &Benchmark, timings: &Timings, engine: &Engine, scene: &Scene) -> serde_json::Value {
-    let mut sorted = timings.seconds.clone();
-    sorted.sort_by(f64::total_cmp);
-    let at = |share: f64| sorted[((sorted.len() - 1) as f64 * share).round() as usize] * 1e3;
-    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-    serde_json::json!({
-        "benchmark": "orbit",
-        "frames": benchmark.frames,
-        "mean_ms": mean(&timings.seconds) * 1e3,
-        "p50_ms": at(0.5),
-        "p95_ms": at(0.95),
-        "p99_ms": at(0.99),
-        "first_picture_seconds": timings.first_picture,
-        "resolution_scale": {
-            "min": timings.scales.iter().copied().fold(f64::INFINITY, f64::min),
-            "mean": mean(&timings.scales),
-        },
-        "samples_per_pixel": 1,
-        "width": scene.film.width,
-        "height": scene.film.height,
-        "mode": scene.integrator.mode.name(),
-        "adapter": engine.gpu.info.name,
-        "backend": engine.gpu.backend(),
-    })
-}
-
 /// Paints and presents; whether a frame came on screen.
-fn paint(open: &mut Open, jobs: &[egui::ClippedPrimitive], pixels_per_point: f32) -> bool {
+fn paint(canvas: &mut Canvas, window: &Window, jobs: &[egui::ClippedPrimitive], pixels_per_point: f32) -> bool {
     use wgpu::CurrentSurfaceTexture as Current;
-    let (frame, stale) = match open.surface.get_current_texture() {
+    let (frame, stale) = match canvas.surface.get_current_texture() {
         Current::Success(frame) => (frame, false),
         Current::Suboptimal(frame) => (frame, true),
         Current::Outdated | Current::Lost => {
-            open.surface.configure(&open.gpu.device, &open.config);
+            canvas.configure();
             return false;
         }
         Current::Timeout | Current::Occluded | Current::Validation => return false,
     };
-    let screen = ScreenDescriptor { size_in_pixels: [open.config.width, open.config.height], pixels_per_point };
-    let mut encoder = open.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let extra = open.painter.update_buffers(&open.gpu.device, &open.gpu.queue, &mut encoder, jobs, &screen);
+    // egui's painter panics where it cannot write to the device; asking for the frame is what tells of a loss.
+    if canvas.gpu.is_lost() {
+        return false;
+    }
+    let screen = ScreenDescriptor { size_in_pixels: [canvas.config.width, canvas.config.height], pixels_per_point };
+    let mut encoder = canvas.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let extra = canvas.painter.update_buffers(&canvas.gpu.device, &canvas.gpu.queue, &mut encoder, jobs, &screen);
     {
         let view = frame.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -452,15 +458,22 @@ fn paint(open: &mut Open, jobs: &[egui::ClippedPrimitive], pixels_per_point: f32
             })],
             ..Default::default()
         });
-        open.painter.render(&mut pass.forget_lifetime(), jobs, &screen);
+        canvas.painter.render(&mut pass.forget_lifetime(), jobs, &screen);
     }
-    open.gpu.queue.submit(extra.into_iter().chain([encoder.finish()]));
-    open.window.pre_present_notify();
-    open.gpu.queue.present(frame);
+    canvas.gpu.queue.submit(extra.into_iter().chain([encoder.finish()]));
+    window.pre_present_notify();
+    canvas.gpu.queue.present(frame);
     if stale {
-        open.surface.configure(&open.gpu.device, &open.config);
+        canvas.configure();
     }
     true
+}
+
+/// Books a loss of the device at `now` seconds; whether there were too many in a short time.
+fn given_up(losses: &mut Vec<f64>, now: f64) -> bool {
+    losses.retain(|at| now - at < LOSS_WINDOW);
+    losses.push(now);
+    losses.len() >= MOST_LOSSES
 }
 
 /// Asks for a file on a thread, so that the window goes on.
@@ -478,4 +491,16 @@ fn ask(key: String) -> Dialog {
         let _ = send.send(dialog.pick_file().as_deref().map(Path::to_path_buf));
     });
     Dialog { key, answer }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_is_given_up_at_the_third_loss_in_a_minute() {
+        let mut losses = Vec::new();
+        let answers = [0.0, 30.0, 61.0, 89.0].map(|now| given_up(&mut losses, now));
+        assert_eq!(answers, [false, false, false, true], "30, 61 and 89 are within a minute, 0, 30 and 61 are not");
+    }
 }

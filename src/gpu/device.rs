@@ -105,8 +105,8 @@ impl Gpu {
         device.set_device_lost_callback(move |reason, message| {
             if reason != wgpu::DeviceLostReason::Destroyed {
                 log::error!("device lost: {message}");
-                flag.store(true, Ordering::Relaxed);
             }
+            flag.store(true, Ordering::Relaxed);
         });
         let sink = errors.clone();
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
@@ -135,9 +135,21 @@ impl Gpu {
         self.info.backend.to_str().to_lowercase()
     }
 
+    /// Whether the device went away: nothing that is on it can be used any more, and only a new one helps.
+    pub fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    /// Gives the device away as a driver's reset would, to try what follows.
+    pub fn lose(&self) {
+        self.device.destroy();
+        // The loss is told when all work is done; that it happened is no news here.
+        let _ = self.wait();
+    }
+
     /// An error if the device was lost or reported errors since the last call.
     pub fn check(&self) -> Result<()> {
-        if self.lost.load(Ordering::Relaxed) {
+        if self.is_lost() {
             return Err(Error::new(Code::DeviceLost, "The graphics device was reset.")
                 .why("A driver time-out, an update or sleep.")
                 .hint("Start again; with smaller pictures if it comes back."));
@@ -156,9 +168,14 @@ impl Gpu {
 
     /// Waits until all submitted work is done.
     pub fn wait(&self) -> Result<()> {
-        self.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map_err(|e| Error::new(Code::DeviceLost, "The graphics device does not answer.").why(e.to_string()))?;
-        self.check()
+        let wait = || self.device.poll(wgpu::PollType::wait_indefinitely());
+        // wgpu panics where the driver loses the device while one waits for it.
+        let why = match std::panic::catch_unwind(std::panic::AssertUnwindSafe(wait)) {
+            Ok(Ok(_)) => return self.check(),
+            Ok(Err(e)) => e.to_string(),
+            Err(_) => "The driver lost it.".into(),
+        };
+        self.lost.store(true, Ordering::Relaxed);
+        Err(Error::new(Code::DeviceLost, "The graphics device does not answer.").why(why))
     }
 }

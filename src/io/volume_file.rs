@@ -1,10 +1,12 @@
-//! The one door for volume files: tells formats apart by content, names grids, and picks the one to draw.
+//! The one door for volumes: files, told apart by content, and those that the program carries. Names grids, and picks the
+//! one to draw.
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use super::{LFS_POINTER, nvdb, vdb};
 use crate::error::{Code, Error, Result, Warning};
+use crate::scene::value::{ASSET, asset_name};
 use crate::volume::grid::{Entry, Grid, Values, VolumeFile};
 
 /// The grid that is drawn where none is named.
@@ -15,13 +17,65 @@ const NAME_SHOWN: usize = 60;
 /// Least similarity (0 … 1) of a name that is offered in place of an unknown one.
 const SIMILAR: f64 = 0.7;
 
-/// Reads a volume file and gives its grids unique names. Warns where there is nothing to show.
+/// A volume that the program carries; `asset:NAME` stands for it wherever a volume file can be named.
+#[derive(Debug)]
+pub struct Asset {
+    /// Its name in scene files and on the command line.
+    pub name: &'static str,
+    /// Its name on screen.
+    pub label: &'static str,
+    /// What it is.
+    pub text: &'static str,
+    /// Who made it, and under which licence it may be passed on.
+    pub licence: &'static str,
+    bytes: &'static [u8],
+}
+
+/// The volumes that the program carries; their licences are told in `assets/README.md` as well.
+pub static ASSETS: [Asset; 2] = [
+    Asset {
+        name: "disney-cloud",
+        label: "Disney cloud",
+        text: "The Disney cloud at a sixteenth of its resolution.",
+        licence: "CC BY-SA 3.0: Walt Disney Animation Studios cloud data set, (c) 2017 Disney Enterprises, Inc., \
+                  https://creativecommons.org/licenses/by-sa/3.0/; the cloud was modelled after a photograph by \
+                  Kevin Udy",
+        bytes: include_bytes!("../../assets/volumes/disney-cloud.vdb"),
+    },
+    Asset {
+        name: "smoke-column",
+        label: "Smoke column",
+        text: "A frame of a simulation of rising smoke.",
+        licence: "MIT or Apache-2.0: own work of the nephele project",
+        bytes: include_bytes!("../../assets/volumes/smoke-column.vdb"),
+    },
+];
+
+/// The built-in volume that `path` stands for; `None` for the path of a file.
 ///
 /// # Errors
-/// [`Code::NotFound`] and [`Code::Denied`] for a file that cannot be read, [`Code::PointerFile`] and
+/// [`Code::NotFound`] for a name that no built-in volume has.
+pub fn asset(path: &str) -> Result<Option<&'static Asset>> {
+    let Some(name) = asset_name(path) else { return Ok(None) };
+    let known = || ASSETS.iter().map(|asset| asset.name);
+    match ASSETS.iter().find(|asset| asset.name == name) {
+        Some(asset) => Ok(Some(asset)),
+        None => Err(Error::new(Code::NotFound, format!("There is no built-in volume {}.", shown(name)))
+            .why(format!("There are {}.", known().map(|name| format!("{ASSET}{name}")).collect::<Vec<_>>().join(", ")))
+            .hint(nearest(name, known()).map_or(String::new(), |close| format!("Did you mean {ASSET}{close}?")))),
+    }
+}
+
+/// Reads a volume file, or a built-in volume, and gives its grids unique names. Warns where there is nothing to show.
+///
+/// # Errors
+/// As [`asset`]; [`Code::NotFound`] and [`Code::Denied`] for a file that cannot be read, [`Code::PointerFile`] and
 /// [`Code::UnknownFormat`] for other content, those of [`vdb::read`] and [`nvdb::read`], and, if there are grids but none
 /// can be drawn, the error of the one grid or one that lists them.
 pub fn open(path: &Path) -> Result<VolumeFile> {
+    if let Some(asset) = asset(&path.to_string_lossy())? {
+        return parse(asset.bytes);
+    }
     if path.is_dir() {
         return Err(folder_given(path));
     }
@@ -484,6 +538,25 @@ mod tests {
         assert_eq!((error.code, &*error.why), (Code::Denied, "It holds bad.nvdb, cloud_01.nvdb."));
         let error = open(&path("bad.nvdb")).unwrap_err();
         assert!(error.code == Code::Corrupt && error.what.contains("bad.nvdb: "), "{error}");
+    }
+
+    #[test]
+    fn built_in_volumes_open_by_their_names_and_others_are_told() {
+        for asset in &ASSETS {
+            let path = format!("{ASSET}{}", asset.name);
+            assert_eq!(super::asset(&path).unwrap().unwrap().label, asset.label);
+            let file = open(Path::new(&path)).unwrap();
+            assert_eq!((file.grids[0].name.as_str(), file.select(None).unwrap()), ("density", (0, vec![])), "{path}");
+            assert!(asset.licence.contains(':') && !asset.text.is_empty());
+        }
+        let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/assets/README.md")).unwrap();
+        for asset in &ASSETS {
+            assert!(readme.contains(asset.licence), "assets/README.md tells the licence of {}", asset.name);
+        }
+        assert!(super::asset("clouds/asset:x.vdb").unwrap().is_none(), "a file");
+        let error = open(Path::new("asset:disney-clod")).unwrap_err();
+        assert_eq!((error.code, &*error.hint), (Code::NotFound, "Did you mean asset:disney-cloud?"));
+        assert_eq!(error.why, "There are asset:disney-cloud, asset:smoke-column.");
     }
 
     #[test]

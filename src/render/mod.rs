@@ -18,6 +18,7 @@ pub mod medium;
 pub mod pace;
 pub mod params;
 pub mod pipeline;
+pub mod self_test;
 
 use film::{BLOCK, Film};
 use lights::{DomeBuffers, LightData, Lights};

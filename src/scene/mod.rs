@@ -250,8 +250,8 @@ section! {
     Integrator {
         /// How the picture is made.
         mode: Mode = Mode::Path, label("Mode"), effect(Effect::Method);
-        /// Scattering events on a path at most; 0 is unscattered light only.
-        max_bounces: Limit = Limit::AtMost(64), label("Bounces"), range(0.0, 1000000.0), slider(1.0, 1024.0), scale(Scale::Log), effect(Effect::Method), biased("any limit leaves out the light of longer paths");
+        /// Scattering events on a path at most; 0 is unscattered light only. A limit is part of what the picture means: the light of longer paths is not in it.
+        max_bounces: Limit = Limit::AtMost(64), label("Bounces"), range(0.0, 1000000.0), slider(1.0, 1024.0), scale(Scale::Log), effect(Effect::Method);
         /// The seed of the random numbers.
         seed: u32 = 0, label("Seed"), range(0.0, 4294967295.0), slider(0.0, 100.0), effect(Effect::Seed);
     }

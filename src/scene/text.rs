@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::animation::Track;
 use super::row::{Row, Section};
-use super::value::{Kind, Value};
+use super::value::{Kind, Value, asset_name};
 use super::{Light, SECTIONS, Scene, VERSION};
 use crate::error::{Code, Error, Result};
 
@@ -180,7 +180,7 @@ fn relative(path: &str, folder: &Path) -> String {
 
 fn resolve(value: Value, folder: &Path) -> Value {
     match value {
-        Value::Text(path) if !path.is_empty() && Path::new(&path).is_relative() => {
+        Value::Text(path) if !path.is_empty() && asset_name(&path).is_none() && Path::new(&path).is_relative() => {
             Value::Text(normal(&folder.join(path)).to_string_lossy().into_owned())
         }
         other => other,
@@ -378,5 +378,8 @@ mod tests {
         let seen_from = |folder: &str| parse(&scene.to_toml(Path::new(folder))).expect("own text").volume.file.0;
         assert_eq!(seen_from("/data"), "x.vdb");
         assert_eq!(seen_from("/pictures/new"), "../../data/x.vdb");
+        scene.set("volume.file=asset:disney-cloud", Path::new("/data")).expect("a built-in volume");
+        let text = scene.to_toml(Path::new("/data"));
+        assert_eq!(parse(&text).expect("own text").volume.file.0, "asset:disney-cloud", "in no folder");
     }
 }

@@ -199,9 +199,18 @@ impl Setting for String {
     }
 }
 
-/// The path of a file, empty where none is named. Relative ones are resolved when a scene is loaded.
+/// The path of a file, empty where none is named, or `asset:NAME`, a volume that the program carries. Relative ones are
+/// resolved when a scene is loaded.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FilePath(pub String);
+
+/// What the name of a built-in volume begins with in place of a folder.
+pub const ASSET: &str = "asset:";
+
+/// The name of the built-in volume that `path` stands for; `None` for a file.
+pub fn asset_name(path: &str) -> Option<&str> {
+    path.strip_prefix(ASSET)
+}
 
 impl Setting for FilePath {
     const KIND: Kind = Kind::Path;

@@ -282,3 +282,39 @@ fn the_wipe_is_dragged_and_stepped() {
     assert!((harness.state() - 0.59).abs() < 0.002, "{}", harness.state());
     harness.get_by_label("Picture B: Path, 12.0 s · error 2.31 %");
 }
+
+#[test]
+fn a_narrow_status_line_drops_whole_cells_by_rank() {
+    let ranks = [("Samples", 0), ("Time", 3), ("Speed", 4), ("Scale", 1), ("Error", 2)];
+    let mut shown_before = ranks.len();
+    for width in [1280.0, 900.0, 700.0, 560.0, 480.0] {
+        let mut harness = sized(width, (), move |ui, ()| {
+            let cells = ranks.map(|(name, rank)| Cell {
+                value: "12.5",
+                unit: "units / s",
+                widest: "000.0",
+                name,
+                rank,
+                ..Cell::default()
+            });
+            let adapter = "llvmpipe (LLVM 15.0.6, 256 bits) · vulkan";
+            let bar = StatusBar { progress: None, cells: &cells, trust: Trust::Unbiased, adapter, software: true };
+            bar.show(ui);
+        });
+        harness.run();
+        let place = |name: &str| harness.query_by_label(&format!("{name} 12.5 units / s")).map(|node| node.rect());
+        let shown: Vec<_> = ranks.iter().filter_map(|(name, rank)| place(name).map(|rect| (*rank, rect))).collect();
+        let highest = shown.iter().map(|(rank, _)| *rank).max().expect("the samples are always there");
+        assert_eq!(shown.len(), highest as usize + 1, "{width}: the lowest ranks stay");
+        assert!(shown.len() <= shown_before, "{width}: fewer where there is less room");
+        shown_before = shown.len();
+        let trust = harness.get_by_label("unbiased").rect();
+        let adapter = harness.get_by_label_contains("Adapter").rect();
+        let all: Vec<Rect> = shown.iter().map(|(_, rect)| *rect).chain([trust, adapter]).collect();
+        for pair in all.windows(2) {
+            assert!(pair[0].right() < pair[1].left(), "{width}: {pair:?}");
+        }
+        assert!(adapter.right() <= width, "{width}");
+    }
+    assert!(shown_before < ranks.len(), "the narrowest has no room for all");
+}

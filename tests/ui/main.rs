@@ -2,6 +2,9 @@
 //!
 //! The harness also panics on any input without an accessible name, and on any sign that no font has.
 
+mod app;
 mod cards;
 mod harness;
+mod invalidation;
+mod snapshots;
 mod widgets;

@@ -56,7 +56,7 @@ impl Digits {
     pub fn unit(self, value: f64) -> f64 {
         10f64.powi(-match self {
             Digits::Decimals(n) => n as i32,
-            Digits::Significant(n) if value == 0.0 => n as i32 - 1,
+            Digits::Significant(n) if value == 0.0 || !value.is_finite() => n as i32 - 1,
             Digits::Significant(n) => (n as i32 - 1 - power(value)).max(0),
         })
     }

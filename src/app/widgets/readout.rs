@@ -45,7 +45,11 @@ pub fn readouts(ui: &mut Ui, items: &[Readout]) {
             let caption = pos2(left, rect.top() + CAPTION_Y);
             text_within(ui, caption, pitch - UNIT_GAP, item.caption, Type::Caption, theme.text3);
             let number = pos2(left, rect.top() + NUMBER_Y);
-            let number = text_at(ui, number, Align2::LEFT_CENTER, &value, Type::Readout, theme.text);
+            let unit_width = if item.unit.is_empty() { 0.0 } else { UNIT_GAP + text_width(ui, item.unit, Type::Small) };
+            // A long number takes the smaller type rather than the next column's room.
+            let fits = text_width(ui, &value, Type::Readout) + unit_width <= pitch - UNIT_GAP;
+            let kind = if fits { Type::Readout } else { Type::Value };
+            let number = text_at(ui, number, Align2::LEFT_CENTER, &value, kind, theme.text);
             // Aligned to the number's baseline: half the difference of their heights lower.
             let unit = pos2(number.right() + UNIT_GAP, number.center().y + 1.0);
             if value != UNKNOWN {

@@ -28,8 +28,17 @@ pub struct Cell<'a> {
     pub tone: Tone,
     /// What a click opens and a screen reader adds, such as "Samples".
     pub name: &'a str,
-    /// Kept when the window is narrow.
-    pub important: bool,
+    /// Where there is no room for all, cells of the highest rank go first.
+    pub rank: u8,
+}
+
+impl Cell<'_> {
+    /// Width of the figure, and of the whole cell.
+    fn width(&self, ui: &Ui) -> (f32, f32) {
+        let figure = text_width(ui, self.widest, Type::SmallValue).max(text_width(ui, self.value, Type::SmallValue));
+        let unit = if self.unit.is_empty() { 0.0 } else { UNIT_GAP + text_width(ui, self.unit, Type::Small) };
+        (figure, figure + unit)
+    }
 }
 
 /// Whether the picture can be trusted.
@@ -77,8 +86,9 @@ const UNIT_GAP: f32 = 4.0;
 const PROGRESS: f32 = 2.0;
 /// From an icon's centre to its text.
 const ICON: f32 = 14.0;
-/// Narrower windows show only the important cells.
-const NARROW: f32 = size::DOCKED_FROM;
+/// Trust and adapter take at most this share of the line, and of a narrow one.
+const RIGHT_SHARE: f32 = 0.4;
+const RIGHT_SHARE_NARROW: f32 = 0.6;
 
 impl StatusBar<'_> {
     /// Shows the line across the top of `ui`'s space.
@@ -108,8 +118,8 @@ impl StatusBar<'_> {
             Trust::Preview(why) => (why.to_owned(), theme.text2, icon::INFO),
         };
         let trust_width = text_width(ui, &trust_word, Type::SmallValue) + ICON + size::SPACE;
-        let narrow = rect.width() < NARROW;
-        let adapter_room = (rect.width() * 0.4 - trust_width).max(0.0);
+        let share = if rect.width() < size::COMPACT_BELOW { RIGHT_SHARE_NARROW } else { RIGHT_SHARE };
+        let adapter_room = (rect.width() * share - trust_width).max(0.0);
         let adapter_width = text_width(ui, self.adapter, Type::Small).min(adapter_room);
         let right = rect.right() - size::PADDING;
         let adapter = Rect::from_x_y_ranges(right - adapter_width..=right, rect.y_range());
@@ -126,19 +136,12 @@ impl StatusBar<'_> {
         if button(ui, trust, "trust", &trust_word) {
             clicked = Some(StatusClick::Trust);
         }
+        let widths: Vec<(f32, f32)> = self.cells.iter().map(|cell| cell.width(ui)).collect();
         let mut left = rect.left() + size::PADDING;
-        for (i, cell) in self.cells.iter().enumerate() {
-            if narrow && !cell.important {
-                continue;
-            }
-            let figure =
-                text_width(ui, cell.widest, Type::SmallValue).max(text_width(ui, cell.value, Type::SmallValue));
-            let unit = if cell.unit.is_empty() { 0.0 } else { UNIT_GAP + text_width(ui, cell.unit, Type::Small) };
-            let place = Rect::from_x_y_ranges(left..=left + figure + unit, rect.y_range());
-            // What does not fit is left out whole, never cut.
-            if place.right() > trust.left() - size::SPACE {
-                break;
-            }
+        let kept = self.fitting(&widths, trust.left() - size::SPACE - left);
+        for (i, cell) in self.cells.iter().enumerate().filter(|&(i, _)| kept[i]) {
+            let (figure, whole) = widths[i];
+            let place = Rect::from_x_y_ranges(left..=left + whole, rect.y_range());
             self.cell(ui, cell, place, left + figure, y);
             let value = if cell.value.is_empty() { super::number::UNKNOWN } else { cell.value };
             if button(ui, place, i, format!("{} {value} {}", cell.name, cell.unit).trim()) {
@@ -147,6 +150,20 @@ impl StatusBar<'_> {
             left = place.right() + GAP;
         }
         clicked
+    }
+
+    /// Which cells fit into `room`: what does not is left out whole, never cut.
+    fn fitting(&self, widths: &[(f32, f32)], room: f32) -> Vec<bool> {
+        let mut kept = vec![true; self.cells.len()];
+        let total = |kept: &[bool]| -> f32 {
+            widths.iter().zip(kept).filter(|(_, kept)| **kept).map(|((_, whole), _)| whole + GAP).sum::<f32>() - GAP
+        };
+        while total(&kept) > room {
+            let last = (0..kept.len()).filter(|&i| kept[i]).max_by_key(|&i| self.cells[i].rank);
+            let Some(last) = last else { break };
+            kept[last] = false;
+        }
+        kept
     }
 
     fn cell(&self, ui: &Ui, cell: &Cell, place: Rect, end: f32, y: f32) {

@@ -1,6 +1,8 @@
 //! Rows with text: a path or a name, with a button beside it; and rows of buttons.
 
-use egui::{Align2, CursorIcon, Frame, Key, Margin, Rect, Role, Sense, TextEdit, Ui, WidgetInfo, pos2, vec2};
+use egui::{
+    Align2, CursorIcon, Frame, Key, Margin, Rect, Role, Sense, TextEdit, Ui, UiBuilder, WidgetInfo, pos2, vec2,
+};
 
 use super::combo::Choice;
 use super::number::elide_middle;
@@ -148,15 +150,25 @@ impl ButtonsRow<'_> {
             let place = Rect::from_min_size(pos2(x, area.field.top()), vec2(width, area.field.height()));
             let id = ui.make_persistent_id(("button", self.head.label, button.name));
             if button.blocked.is_empty() {
-                if plain_button(ui, id, place, button.name, button.name) {
+                if plain_button(ui, id, place, button.name, &self.spoken(button)) {
                     pressed = Some(i);
                 }
             } else {
-                ui.add_enabled_ui(false, |ui| plain_button(ui, id, place, button.name, &button.spoken()));
+                // A child that takes no room of its own in the column.
+                let mut child = ui.new_child(UiBuilder::new().max_rect(place));
+                child.disable();
+                plain_button(&child, id, place, button.name, &self.spoken(button));
                 ui.interact(place, id.with("why"), Sense::hover()).on_hover_text(button.blocked);
             }
         }
         pressed
+    }
+
+    fn spoken(&self, button: &Choice) -> String {
+        match self.head.label {
+            "" => button.spoken(),
+            label => format!("{label}: {}", button.spoken()),
+        }
     }
 }
 
