@@ -15,12 +15,46 @@ use rayon::prelude::*;
 use wgpu::naga;
 
 /// Files that fill each slot.
-const SLOTS: [(&str, &[&str]); 4] = [
-    ("medium", &["medium/dense", "medium/dense_exact", "medium/dense_nearest", "medium/homogeneous"]),
-    ("majorant", &["majorant/grid", "majorant/whole"]),
+const SLOTS: [(&str, &[&str]); 6] = [
+    ("medium", &[DENSE[0], DENSE[1], DENSE[2], ANALYTIC[0], ANALYTIC[1], ANALYTIC[2]]),
+    ("majorant", &["majorant/grid", "majorant/tree", "majorant/whole"]),
     ("phase", &["phase/hg", "phase/isotropic", "phase/rayleigh", "phase/two_lobe_hg"]),
-    ("spectrum", &["spectrum/grey", "spectrum/hero"]),
+    ("spectrum", &["spectrum/grey", "spectrum/colour"]),
+    (
+        "flight",
+        &[
+            "flight/delta",
+            "flight/weighted_delta",
+            "flight/decomposition",
+            "flight/weighted_decomposition",
+            "flight/spectral_max",
+            "flight/spectral_avg",
+            "flight/spectral_history",
+            "flight/regular",
+            "flight/ray_marching",
+            "flight/closed_form",
+        ],
+    ),
+    (
+        "transmittance",
+        &[
+            "transmittance/ratio",
+            "transmittance/residual_ratio",
+            "transmittance/delta",
+            "transmittance/next_flight",
+            "transmittance/unbiased_ray_marching",
+            "transmittance/telescoping",
+            "transmittance/power_series",
+            "transmittance/regular",
+            "transmittance/ray_marching",
+            "transmittance/jackknife",
+            "transmittance/closed_form",
+        ],
+    ),
 ];
+/// Files of slot `medium` for voxels, and for formulas.
+const DENSE: [&str; 3] = ["medium/dense", "medium/dense_exact", "medium/dense_nearest"];
+const ANALYTIC: [&str; 3] = ["medium/homogeneous", "medium/linear", "medium/exponential"];
 
 /// Most lines of a shader file, and the files that may be longer: they are one algorithm each.
 const MAX_LINES: usize = 200;
@@ -60,27 +94,65 @@ fn with_lights(variant: Variant, [sampled, map, list, many, disc, point]: [bool;
         .flag("LIGHT_HAS_POINT", point)
 }
 
-/// Every variant of the path tracer that `Renderer::variant` can make; the count of tracking steps is a number and
-/// changes no code.
+/// Whether an estimator's file needs a formula for the density.
+fn is_closed(file: &str) -> bool {
+    file.ends_with("closed_form")
+}
+
+/// Slots and constants of the estimators, and of what else the tracking loop is made of.
+fn with_tracking(variant: Variant, medium: &'static str, flight: &'static str, transmittance: &'static str) -> Variant {
+    let walks = |file: &str| {
+        ["regular", "ray_marching", "closed_form", "telescoping", "power_series", "jackknife"]
+            .iter()
+            .any(|name| file.ends_with(name))
+    };
+    variant
+        .slot("medium", medium)
+        .slot("flight", flight)
+        .slot("transmittance", transmittance)
+        .flag("FLIGHT_WALKS", walks(flight))
+        .flag("TRANSMITTANCE_WALKS", walks(transmittance))
+        .flag("MAJORANT_CONTROL", true)
+        .flag("MAJORANT_TIGHT", medium == "medium/homogeneous")
+        .flag("MEDIUM_NEAREST", medium == "medium/dense_nearest")
+        .count("TRACK_STEPS", 2)
+}
+
+/// Variants of the path tracer that `Renderer::variant` can make: with the default estimators every one (the count of
+/// tracking steps is a number and changes no code), and every pair of estimators in each medium and spectrum.
 fn path_variants() -> Vec<Variant> {
     let mut all = Vec::new();
+    let majorants = |medium: &str| if DENSE.contains(&medium) { &SLOTS[1].1[..2] } else { &SLOTS[1].1[2..] };
+    let base = |phase, spectrum, lens, aov| {
+        Variant::default()
+            .slot("phase", phase)
+            .slot("spectrum", spectrum)
+            .flag("CAMERA_LENS", lens)
+            .flag("FILM_AOV", aov)
+    };
     for &medium in SLOTS[0].1 {
-        let majorant = if medium == "medium/homogeneous" { "majorant/whole" } else { "majorant/grid" };
-        for &phase in SLOTS[2].1 {
-            for hero in [false, true] {
-                for lens in [false, true] {
-                    for aov in [false, true] {
+        for &majorant in majorants(medium) {
+            for &phase in SLOTS[2].1 {
+                for &spectrum in SLOTS[3].1 {
+                    for (lens, aov) in [(false, false), (true, true)] {
                         for lights in light_flags() {
-                            let variant = Variant::default()
-                                .slot("phase", phase)
-                                .slot("spectrum", if hero { "spectrum/hero" } else { "spectrum/grey" })
-                                .flag("SPECTRUM_HERO", hero)
-                                .flag("CAMERA_LENS", lens)
-                                .flag("FILM_AOV", aov)
-                                .count("TRACK_STEPS", 2);
-                            all.push(with_lights(variant, lights).slot("medium", medium).slot("majorant", majorant));
+                            let variant = base(phase, spectrum, lens, aov).slot("majorant", majorant);
+                            let variant = with_tracking(variant, medium, SLOTS[4].1[0], SLOTS[5].1[0]);
+                            all.push(with_lights(variant, lights));
                         }
                     }
+                }
+            }
+        }
+        for &flight in SLOTS[4].1 {
+            for &transmittance in SLOTS[5].1 {
+                if DENSE.contains(&medium) && (is_closed(flight) || is_closed(transmittance)) {
+                    continue;
+                }
+                for &spectrum in SLOTS[3].1 {
+                    let variant = base("phase/hg", spectrum, false, false).slot("majorant", majorants(medium)[0]);
+                    let lights = [true, false, true, false, false, false];
+                    all.push(with_lights(with_tracking(variant, medium, flight, transmittance), lights));
                 }
             }
         }
@@ -91,14 +163,12 @@ fn path_variants() -> Vec<Variant> {
 /// A variant with a choice for every slot and constant, for kernels that need only some.
 fn any_variant() -> Variant {
     let variant = Variant::default()
-        .flag("SPECTRUM_HERO", true)
         .flag("CAMERA_LENS", true)
         .flag("FILM_AOV", true)
-        .count("TRACK_STEPS", 4)
-        .slot("medium", "medium/dense_exact")
         .slot("majorant", "majorant/grid")
         .slot("phase", "phase/two_lobe_hg")
-        .slot("spectrum", "spectrum/hero");
+        .slot("spectrum", "spectrum/colour");
+    let variant = with_tracking(variant, "medium/dense_exact", "flight/decomposition", "transmittance/residual_ratio");
     with_lights(variant, [true; 6])
 }
 
@@ -122,7 +192,9 @@ fn module(entry: &str) -> naga::Module {
 #[test]
 fn every_variant_links_and_validates() {
     let variants = path_variants();
-    assert_eq!(variants.len(), 4 * 4 * 2 * 2 * 2 * 16);
+    // Media with their majorants, phase functions, spectra, lens and layers, lights; then pairs of estimators, in two
+    // spectra.
+    assert_eq!(variants.len(), (3 * 2 + 3) * 4 * 2 * 2 * 16 + (3 * 9 * 10 + 3 * 10 * 11) * 2);
     let failures: Vec<String> = variants
         .par_iter()
         .filter_map(|variant| {
@@ -144,8 +216,12 @@ fn every_kernel_validates_with_each_choice_of_each_slot() {
         for (slot, files) in SLOTS {
             for &file in files {
                 let mut variant = any_variant();
-                for choice in variant.slots.iter_mut().filter(|(s, _)| *s == slot) {
-                    choice.1 = file;
+                for choice in variant.slots.iter_mut() {
+                    if choice.0 == slot {
+                        choice.1 = file;
+                    } else if choice.0 == "medium" && is_closed(file) {
+                        choice.1 = ANALYTIC[0];
+                    }
                 }
                 if let Err(e) = Source::standard().link(kernel, &variant).and_then(|l| l.validate()) {
                     let _ = writeln!(failures, "{kernel} with {file}: {e}");
@@ -165,16 +241,14 @@ fn tint_agrees() {
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
     let plain = with_lights(Variant::default(), [false; 6])
-        .flag("SPECTRUM_HERO", false)
         .flag("CAMERA_LENS", false)
         .flag("FILM_AOV", false)
-        .count("TRACK_STEPS", 2)
-        .slot("medium", "medium/homogeneous")
         .slot("majorant", "majorant/whole")
         .slot("phase", "phase/hg")
         .slot("spectrum", "spectrum/grey");
+    let plain = with_tracking(plain, "medium/homogeneous", "flight/closed_form", "transmittance/closed_form");
     let mut sampler = any_variant();
-    sampler.slots[0].1 = "medium/dense";
+    sampler.slots.iter_mut().filter(|s| s.0 == "medium").for_each(|s| s.1 = "medium/dense");
     for kernel in kernels() {
         for variant in [&any_variant(), &plain, &sampler] {
             let path = folder.path().join("kernel.wgsl");
@@ -348,13 +422,18 @@ fn slot_files_of_a_slot_declare_the_same_functions() {
         &["medium_density"],
         &["majorant_segment"],
         &["phase_value", "phase_drop"],
-        &["spectrum_start", "spectrum_step", "spectrum_weight"],
+        &["spectrum_hero", "spectrum_step", "spectrum_weight", "spectrum_extinction", "spectrum_max", "spectrum_mean"],
     ];
     for ((_, files), wanted) in SLOTS.iter().zip(functions) {
         let first = signatures(files[0], wanted);
         for file in &files[1..] {
             assert_eq!(signatures(file, wanted), first, "{file} against {}", files[0]);
         }
+    }
+    // Formulas alone have integrals. Estimators share functions through files of their folder, which linking checks.
+    let first = signatures(ANALYTIC[0], &["medium_depth", "medium_invert"]);
+    for file in ANALYTIC {
+        assert_eq!(signatures(file, &["medium_depth", "medium_invert"]), first, "{file}");
     }
 }
 
@@ -379,9 +458,19 @@ fn files_are_short() {
 
 #[test]
 fn every_constant_of_a_variant_is_used() {
-    let text = linked("integrate/path", &any_variant()).text;
+    let dense = linked("integrate/path", &any_variant()).text;
+    let mut whole = any_variant();
+    for (slot, file) in &mut whole.slots {
+        match *slot {
+            "majorant" => *file = "majorant/whole",
+            "flight" => *file = "flight/regular",
+            _ => {}
+        }
+    }
+    let whole = linked("integrate/path", &whole).text;
     for (name, _) in any_variant().constants {
-        assert!(text.matches(name).count() > 1, "{name} is set and never read");
+        let read = |text: &str| text.matches(name).count() > 1;
+        assert!(read(&dense) || read(&whole), "{name} is set and never read");
     }
 }
 
@@ -407,7 +496,7 @@ fn messages_of_mistakes_name_file_and_line() {
         ("light/light", "let chord = w - light.axis;", "let chord = w - light.axes;"),
         ("phase/lobe", "(1.0 - 0.5 * p)", "(vec3u(1u) - 0.5 * p)"),
         ("core/math", "    return max(v.x, max(v.y, v.z));", "    return vec3f(max(v.x, max(v.y, v.z)));"),
-        ("integrate/path", "            depth -= max(available, 0.0);", "            depth -= max(available, 0u);"),
+        ("track/step", "    *depth -= available;", "    *depth -= 1u;"),
         (
             "medium/dense_exact",
             "return textureLoad(medium_texture, p, 0).x;",

@@ -40,7 +40,7 @@ struct Params {
     environment_cos: f32,
     environment_share: f32,     // chance that a light sample comes from the map
     length_unit: f32,           // scene units of one world unit
-    unused: u32,
+    majorant_factor: f32,       // factor on all bounds of the density
     tiles_x: u32,               // tiles of 8×8 pixels in a row
     tiles: u32,                 // tiles of the picture
     tile_stride: u32,           // coprime to `tiles`; spreads neighbouring workgroups over the picture
@@ -51,6 +51,12 @@ struct Params {
     inv_width: f32,             // one over the pixels in a row
     last_cell: vec3i,           // of the majorant grid
     inv_height: f32,
+    profile: vec3f,             // analytic media: gradient of the affine function behind the density, local space
+    profile_offset: f32,        // its value at the origin
+    step: f32,                  // step of ray marching, world units
+    unused0: u32,
+    unused1: u32,
+    unused2: u32,
 }
 
 // The part of the work that one dispatch does.

@@ -22,6 +22,7 @@ const FILM_STEPS: u32 = 3u;
 const FILM_SHADOWS: u32 = 4u;
 const FILM_NONFINITE: u32 = 5u;
 const FILM_CAPPED: u32 = 6u;
+const FILM_VIOLATIONS: u32 = 7u;
 
 fn film_load(pixel: u32) -> FilmPixel {
     let a = film_sum[pixel];

@@ -1,17 +1,15 @@
 // The unbiased path tracer, one lane a pixel: a flat state machine in which camera rays, scattered rays and shadow rays
 // share one set of ray variables and one tracking loop. A lane that ends a path begins the next at once.
 //
-// Free flights by delta tracking (Woodcock 1965) through the majorant cells, light at each vertex by one sample and a
-// ratio-tracked shadow ray (Novák et al. 2014) that is played by roulette on its expected contribution.
+// Free flights and shadow rays by the estimators of slots @flight and @transmittance (track/step). Light at each vertex by
+// one sample, whose shadow ray is played by roulette on its expected contribution.
 //!use core/params
 //!use core/rng
 //!use core/math
 //!use core/ray
 //!use core/camera
-//!slot medium
-//!slot majorant
+//!use track/step
 //!slot phase
-//!slot spectrum
 //!use light/light
 //!use film/film
 
@@ -53,7 +51,7 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     var toward = vec3f(0.0);
     var limit = MATH_FAR;
     var depth = 0.0;              // optical depth left to the next tentative collision
-    var spectrum: Spectrum;
+    var flight: Flight;
     var throughput = vec3f(0.0);
     var bounces = 0u;
     var phase_pdf = -1.0;         // of the last scattering; negative: none yet
@@ -61,11 +59,10 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     var single = vec3f(0.0);
     var travelled = 0.0;          // distance to the support, for the depth layer
     var pending = vec3f(0.0);     // what a shadow ray carries
-    var transmittance = spectrum_clear();
-    var lookups = 0u;
-    var nulls = 0u;
+    var transmittance = transmittance_begin();
+    var played = 1.0;             // one over the chances that a shadow ray survived so far
+    var count = Count();
     var reals = 0u;
-    var steps = 0u;
     var shadows = 0u;
     var nonfinite = 0u;
     var iterations = 0u;
@@ -83,11 +80,7 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
             toward = world;
             limit = MATH_FAR;
             turns = true;
-            var hero = 0.0;
-            if (SPECTRUM_HERO) {
-                hero = rng_next(&rng);
-            }
-            spectrum = spectrum_start(hero);
+            flight = flight_start(&rng);
             depth = rng_depth(&rng);
             throughput = vec3f(1.0);
             radiance = vec3f(0.0);
@@ -109,43 +102,16 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
             turns = false;
         }
 
-        // Tracking: the only code that runs often.
+        // Tracking: the only code that runs often. (Two flags rather than the event itself: Mesa's software driver runs
+        // this a fifth faster.)
         var hit = false;
         var done = false;
         for (var k = 0u; k < TRACK_STEPS; k++) {
-            let segment = majorant_segment(ray);
-            let far = min(segment.y, ray.exit);
             let shadow = mode == PATH_SHADOW;
-            let bound = segment.x * params.sigma;
-            let rate = bound * select(spectrum.rate, 1.0, shadow);
-            let available = (far - ray.t) * rate;
-            let collides = available > depth;
-            let t = select(max(far, ray.t), ray.t + depth / rate, collides);
-            if (SPECTRUM_HERO && !shadow) {
-                spectrum_step(&spectrum, (t - ray.t) * bound, collides);
-            }
-            ray.t = t;
-            steps += 1u;
-            done = !collides && t >= ray.exit;
-            depth -= max(available, 0.0);
-            if (collides) {
-                depth = rng_depth(&rng);
-                lookups += 1u;
-                let share = medium_density(ray_at(ray, t)) / segment.x;
-                let u = rng_next(&rng);
-                if (shadow) {
-                    transmittance *= spectrum_ratio(share);
-                    let strongest = spectrum_strongest(transmittance);
-                    if (strongest < PATH_SHADOW_ROULETTE) {
-                        let survives = u * PATH_SHADOW_ROULETTE < strongest;
-                        transmittance *= select(0.0, PATH_SHADOW_ROULETTE / strongest, survives);
-                        done = !survives;
-                    }
-                } else {
-                    hit = u < share;
-                }
-                nulls += select(0u, 1u, !shadow && !hit);
-            }
+            let event =
+                step_on(&ray, &depth, shadow, &flight, &transmittance, &played, PATH_SHADOW_ROULETTE, &rng, &count);
+            hit = event == STEP_HIT;
+            done = event == STEP_DONE;
             if (hit || done) {
                 break;
             }
@@ -167,8 +133,7 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
             } else {
                 bounces += 1u;
                 throughput *= params.albedo;
-                let weight = throughput * spectrum_weight(spectrum);
-                let strongest = math_max3(weight);
+                let strongest = math_max3(abs(throughput * vec3f(flight_weight(flight))));
                 if (strongest < PATH_ROULETTE) {
                     if (rng_next(&rng) * PATH_ROULETTE < strongest) {
                         throughput *= PATH_ROULETTE / strongest;
@@ -181,12 +146,13 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
                 if (LIGHT_SAMPLED) {
                     let sample = light_sample(ray.origin, &rng);
                     let factor = light_factor(sample, phase_value(dot(world, sample.direction)));
-                    pending = throughput * spectrum_weight(spectrum) * sample.value * factor;
-                    let expected = math_max3(pending) / params.light_reference;
+                    pending = throughput * vec3f(flight_weight(flight)) * sample.value * factor;
+                    let expected = math_max3(abs(pending)) / params.light_reference;
                     let chance = clamp(PATH_SHADOW_SHARE * expected, PATH_SHADOW_FLOOR, 1.0);
                     if (expected > 0.0 && !ends && rng_next(&rng) < chance) {
                         pending *= 1.0 / chance;
-                        transmittance = spectrum_clear();
+                        transmittance = transmittance_begin();
+                        played = 1.0;
                         toward = sample.direction;
                         limit = sample.distance;
                         turns = true;
@@ -198,13 +164,14 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
             }
         } else if (done) {
             if (mode == PATH_SHADOW) {
-                radiance += pending * transmittance;
+                let arrived = pending * played * vec3f(transmittance_value(transmittance));
+                radiance += arrived;
                 if (FILM_AOV && bounces == 1u) {
-                    single += pending * transmittance;
+                    single += arrived;
                 }
                 scatter = true;
             } else {
-                let seen = throughput * spectrum_weight(spectrum) * light_background(world, phase_pdf);
+                let seen = throughput * vec3f(flight_weight(flight)) * light_background(world, phase_pdf);
                 radiance += seen;
                 if (FILM_AOV && bounces == 1u) {
                     single += seen;
@@ -243,11 +210,12 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
         film_aov[2u * pixel] = aov_near;
         film_aov[2u * pixel + 1u] = aov_far;
     }
-    film_count(FILM_LOOKUPS, lookups);
-    film_count(FILM_NULLS, nulls);
+    film_count(FILM_LOOKUPS, count.lookups);
+    film_count(FILM_NULLS, count.nulls);
     film_count(FILM_REALS, reals);
-    film_count(FILM_STEPS, steps);
+    film_count(FILM_STEPS, count.steps);
     film_count(FILM_SHADOWS, shadows);
     film_count(FILM_NONFINITE, nonfinite);
+    film_count(FILM_VIOLATIONS, count.violations);
     film_count(FILM_CAPPED, select(0u, 1u, iterations >= PATH_MAX_ITERATIONS));
 }

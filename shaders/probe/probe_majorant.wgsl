@@ -22,13 +22,13 @@ fn probe_majorant_main(@builtin(global_invocation_id) id: vec3u) {
     probe_out[first] = vec4f(ray.t, ray.exit, ray.epsilon, travelled);
     for (var i = 1u; i < slice.samples && ray.t < ray.exit; i++) {
         let segment = majorant_segment(ray);
-        let far = min(segment.y, ray.exit);
+        let far = min(segment.far, ray.exit);
         var excess = -1.0;
         for (var k = 0u; k < PROBE_MAJORANT_POINTS; k++) {
             let t = mix(ray.t, far, f32(k) / f32(PROBE_MAJORANT_POINTS - 1u));
-            excess = max(excess, medium_density(ray_at(ray, t)) - segment.x);
+            excess = max(excess, medium_density(ray_at(ray, t)) - segment.bound);
         }
-        probe_out[first + i] = vec4f(segment.x, ray.t, far, excess);
+        probe_out[first + i] = vec4f(segment.bound, ray.t, far, excess);
         ray.t = max(far, ray.t);
     }
 }

@@ -1,33 +1,37 @@
-// Slot @spectrum: the same extinction in all channels; nothing to weigh.
-//!use core/params
+// Slot @spectrum: the same extinction in all channels; one number does for the three, and there is nothing to weigh.
+//!use core/rng
 
-struct Spectrum {
-    rate: f32,  // extinction that drives the path, per density · sigma
+// A quantity of each channel.
+alias Spectrum = f32;
+
+// What a path remembers to weigh its channels.
+struct SpectrumHero {
+    rate: f32,  // extinction factor of the channel that draws the path
 }
 
-fn spectrum_start(u: f32) -> Spectrum {
-    return Spectrum(1.0);
+fn spectrum_hero(rng: ptr<function, Rng>) -> SpectrumHero {
+    return SpectrumHero(1.0);
 }
 
-// A tentative collision after `depth` = ∫ majorant dt, or a stretch without one.
-fn spectrum_step(s: ptr<function, Spectrum>, depth: f32, event: bool) {
+// A stretch of `depth` = ∫ rate dt over the factor of the strongest channel, ended by a collision or not.
+fn spectrum_step(hero: ptr<function, SpectrumHero>, depth: f32, event: bool) {
 }
 
-// The weight of what the path carries, for each channel.
-fn spectrum_weight(s: Spectrum) -> vec3f {
-    return vec3f(1.0);
-}
-
-// The transmittance of a shadow ray: one number for all channels.
-fn spectrum_clear() -> f32 {
+// The weight of what the path carries.
+fn spectrum_weight(hero: SpectrumHero) -> Spectrum {
     return 1.0;
 }
 
-// The factor that a null collision of a shadow ray leaves, from density over majorant.
-fn spectrum_ratio(share: f32) -> f32 {
-    return 1.0 - share;
+// Extinction factors, greatest 1.
+fn spectrum_extinction() -> Spectrum {
+    return 1.0;
 }
 
-fn spectrum_strongest(transmittance: f32) -> f32 {
-    return transmittance;
+// The greatest magnitude.
+fn spectrum_max(x: Spectrum) -> f32 {
+    return abs(x);
+}
+
+fn spectrum_mean(x: Spectrum) -> f32 {
+    return x;
 }

@@ -373,6 +373,6 @@ fn volume_name(volume: &Volume) -> String {
             Path::new(&path).file_name().map_or(path.clone(), |n| n.to_string_lossy().into_owned())
         }
         (_, Source::Cumulus { .. }) => "Cumulus".into(),
-        (_, Source::Homogeneous(_)) => "Homogeneous".into(),
+        (_, Source::Analytic) => volume.analytic.label().into(),
     }
 }

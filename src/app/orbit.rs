@@ -94,11 +94,11 @@ pub fn pivot(camera: &mut Camera, view: &View, depth: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::field::{Field, Shape};
+    use crate::render::field::{Field, Profile, Shape};
 
     fn field() -> Field {
         Field {
-            shape: Shape::Homogeneous { low: DVec3::NEG_ONE, high: DVec3::ONE },
+            shape: Shape::Analytic { profile: Profile::Constant, low: DVec3::NEG_ONE, high: DVec3::ONE },
             to_world: glam::DMat4::IDENTITY,
             nearest: false,
             grids: vec![],

@@ -171,7 +171,7 @@ impl Rows<'_> {
                 (Value::Text(text), response)
             }
             // Set in the scene file.
-            Kind::Matrix | Kind::Bounds => return,
+            Kind::Matrix | Kind::Bounds | Kind::Pair => return,
         };
         self.apply(key, row, new, &response, default);
     }

@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 
 use crate::error::{Error, Result, Warning};
 use crate::io::volume_file;
-use crate::scene::{Scene, Source, Volume};
+use crate::scene::{Analytic, Scene, Source, Volume};
 use crate::volume::densify::densify;
 use crate::volume::{Dense, procedural};
 
@@ -18,13 +18,81 @@ const FAR: f64 = 1e30;
 pub enum Shape {
     /// Voxels.
     Dense(Dense),
-    /// Density 1 in a box, sides may be infinite.
-    Homogeneous {
+    /// A formula in a box, sides may be infinite.
+    Analytic {
+        /// The formula.
+        profile: Profile,
         /// Lowest corner.
         low: DVec3,
         /// Highest corner.
         high: DVec3,
     },
+}
+
+/// Density of an analytic volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Profile {
+    /// 1 everywhere.
+    Constant,
+    /// Linear along an axis, between the values at the lower and the upper face.
+    Linear(usize, [f64; 2]),
+    /// exp(−h / H), h from the lower face along an axis; H is given.
+    Exponential(usize, f64),
+}
+
+impl Profile {
+    fn of(volume: &Volume) -> Profile {
+        let axis = volume.axis as usize;
+        match volume.analytic {
+            Analytic::Linear => Profile::Linear(axis, volume.density.0),
+            Analytic::Exponential => Profile::Exponential(axis, volume.scale_height),
+            Analytic::None | Analytic::Homogeneous => Profile::Constant,
+        }
+    }
+
+    /// The greatest density.
+    pub fn max(&self) -> f64 {
+        match self {
+            Profile::Linear(_, [a, b]) => a.max(*b),
+            Profile::Constant | Profile::Exponential(..) => 1.0,
+        }
+    }
+
+    /// Gradient and offset of the affine function that the shaders' formula takes (shaders/medium/profile.wgsl).
+    pub fn affine(&self, low: DVec3, high: DVec3) -> (DVec3, f64) {
+        let (axis, start, slope) = match *self {
+            Profile::Constant => return (DVec3::ZERO, 1.0),
+            Profile::Linear(axis, [a, b]) => {
+                let max = if a.max(b) > 0.0 { a.max(b) } else { 1.0 };
+                (axis, a / max, (b - a) / (max * (high[axis] - low[axis])))
+            }
+            Profile::Exponential(axis, height) => (axis, 0.0, 1.0 / height),
+        };
+        (DVec3::AXES[axis] * slope, start - slope * low[axis])
+    }
+
+    /// Density at a point of the box.
+    fn at(&self, p: DVec3, low: DVec3, high: DVec3) -> f64 {
+        let (gradient, offset) = self.affine(low, high);
+        let x = gradient.dot(p) + offset;
+        match self {
+            Profile::Constant | Profile::Linear(..) => x * self.max(),
+            Profile::Exponential(..) => (-x).exp(),
+        }
+    }
+
+    /// Mean of ∫ density dh over the columns along `axis`, for a box of these sides; infinite ones are not finite.
+    fn column(&self, axis: usize, side: DVec3) -> f64 {
+        let mean = match *self {
+            Profile::Constant => 1.0,
+            Profile::Linear(_, [a, b]) => 0.5 * (a + b),
+            Profile::Exponential(along, height) => {
+                let share = height / side[along] * (1.0 - (-side[along] / height).exp());
+                if along == axis && side[along].is_infinite() { return height } else { share }
+            }
+        };
+        mean * side[axis]
+    }
 }
 
 /// A density field with its place in the world.
@@ -49,7 +117,7 @@ impl Field {
     pub fn load(volume: &Volume) -> Result<Field> {
         let nearest = volume.filter == crate::scene::Filter::Nearest;
         let mut field = Field {
-            shape: Shape::Homogeneous { low: DVec3::NEG_ONE, high: DVec3::ONE },
+            shape: Shape::Dense(Dense::empty(Vec::new())),
             to_world: volume.to_world.to_mat(),
             nearest,
             grids: Vec::new(),
@@ -57,7 +125,10 @@ impl Field {
             warnings: Vec::new(),
         };
         match volume.source() {
-            Source::Homogeneous(bounds) => field.shape = Shape::Homogeneous { low: bounds.0[0], high: bounds.0[1] },
+            Source::Analytic => {
+                let [low, high] = volume.bounds.0;
+                field.shape = Shape::Analytic { profile: Profile::of(volume), low, high };
+            }
             Source::Cumulus { seed, resolution } => {
                 field.shape = Shape::Dense(procedural::cumulus(seed, resolution));
             }
@@ -90,7 +161,7 @@ impl Field {
             Shape::Dense(dense) => {
                 DMat4::from_translation(DVec3::splat(1.5)) * (self.to_world * dense.world_from_index).inverse()
             }
-            Shape::Homogeneous { .. } => self.to_world.inverse(),
+            Shape::Analytic { .. } => self.to_world.inverse(),
         }
     }
 
@@ -102,7 +173,7 @@ impl Field {
                 let inset = if self.nearest { 1.0 } else { 0.5 };
                 (DVec3::splat(inset), dense.size.as_dvec3() + 2.0 - inset)
             }
-            Shape::Homogeneous { low, high } => {
+            Shape::Analytic { low, high, .. } => {
                 (low.clamp(DVec3::splat(-FAR), DVec3::splat(FAR)), high.clamp(DVec3::splat(-FAR), DVec3::splat(FAR)))
             }
         }
@@ -112,7 +183,7 @@ impl Field {
     pub fn world_box(&self) -> (DVec3, DVec3) {
         let corners: [DVec3; 8] = match &self.shape {
             Shape::Dense(dense) => dense.corners().map(|p| self.to_world.transform_point3(p)),
-            Shape::Homogeneous { low, high } => {
+            Shape::Analytic { low, high, .. } => {
                 let finite =
                     |p: DVec3, end: f64| DVec3::from(p.to_array().map(|x| if x.is_finite() { x } else { end }));
                 let (low, high) = (finite(*low, -1.0), finite(*high, 1.0));
@@ -131,7 +202,7 @@ impl Field {
     pub fn max(&self) -> f64 {
         match &self.shape {
             Shape::Dense(dense) => f64::from(dense.max()),
-            Shape::Homogeneous { .. } => 1.0,
+            Shape::Analytic { profile, .. } => profile.max(),
         }
     }
 
@@ -164,7 +235,7 @@ impl Field {
     /// Density of the voxel nearest to a point in local space.
     fn density_near(&self, p: DVec3) -> f64 {
         match &self.shape {
-            Shape::Homogeneous { .. } => 1.0,
+            Shape::Analytic { profile, low, high } => profile.at(p, *low, *high),
             Shape::Dense(dense) => {
                 let index = (p - 1.0).floor();
                 let inside = index.cmpge(DVec3::ZERO).all() && index.cmplt(dense.size.as_dvec3()).all();
@@ -183,11 +254,11 @@ impl Field {
     pub fn mean_column(&self) -> Option<f64> {
         let to_world = glam::DMat3::from_mat4(self.to_world);
         match &self.shape {
-            Shape::Homogeneous { low, high } => {
+            Shape::Analytic { profile, low, high } => {
                 let side = *high - *low;
                 let finite: Vec<f64> = (0..3)
-                    .filter(|&axis| side[axis].is_finite())
-                    .map(|axis| to_world.col(axis).length() * side[axis])
+                    .map(|axis| to_world.col(axis).length() * profile.column(axis, side))
+                    .filter(|&column| column.is_finite() && column > 0.0)
                     .collect();
                 (!finite.is_empty()).then(|| finite.iter().sum::<f64>() / finite.len() as f64)
             }

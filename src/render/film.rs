@@ -9,7 +9,7 @@ use crate::image::{Image, Layer};
 pub const BLOCK: u32 = 256;
 
 /// Pairs of words in the counter buffer; the order is that of shaders/film/film.wgsl.
-const COUNTERS: usize = 7;
+const COUNTERS: usize = 8;
 
 /// Events of all rays since the film was cleared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,6 +28,8 @@ pub struct Counters {
     pub nonfinite: u64,
     /// Lanes that reached the iteration cap.
     pub capped: u64,
+    /// Lookups of a density above its bound.
+    pub violations: u64,
 }
 
 /// Sums of each pixel: four values a pixel in every buffer (the extra layers: eight).
@@ -117,6 +119,7 @@ impl Film {
             shadow_rays: words[4],
             nonfinite: words[5],
             capped: words[6],
+            violations: words[7],
         })
     }
 

@@ -385,12 +385,12 @@ fn mean_luminance(map: &Map) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::field::Shape;
+    use crate::render::field::{Profile, Shape};
 
     #[test]
     fn domes_are_kept_until_they_differ() {
         let field = Field {
-            shape: Shape::Homogeneous { low: DVec3::NEG_ONE, high: DVec3::ONE },
+            shape: Shape::Analytic { profile: Profile::Constant, low: DVec3::NEG_ONE, high: DVec3::ONE },
             to_world: glam::DMat4::IDENTITY,
             nearest: false,
             grids: vec![],

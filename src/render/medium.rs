@@ -9,10 +9,11 @@ use crate::error::{Code, Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::shader::Variant;
 use crate::scene::value::Auto;
-use crate::scene::{MajorantKind, Precision, Scene};
+use crate::scene::{Control, MajorantKind, Precision, Scene};
 use crate::volume::majorant::{Padded, Words, level_sigma};
 
-use super::field::{Field, Shape, density_scale};
+use super::field::{Field, Profile, Shape, density_scale};
+use super::tracking;
 
 /// Storage of the density on the adapter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,10 +65,13 @@ impl Storage {
 
 /// What the majorant cells depend on; they are made anew when it changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum CellKey {
-    Global,
-    Uniform(u32),
-    Levels { sigma: f64 },
+struct CellKey {
+    kind: MajorantKind,
+    /// Side of a uniform grid's cells.
+    side: Option<u32>,
+    /// Extinction per texel that the cells are chosen for; 0 where they do not depend on it.
+    sigma: f64,
+    control: Option<Control>,
 }
 
 /// The medium on the adapter.
@@ -88,6 +92,8 @@ pub struct Medium {
     pub volume_bytes: u64,
     /// Bytes of the majorant cells.
     pub majorant_bytes: u64,
+    /// Seconds that their making took.
+    pub majorant_seconds: f64,
     /// ∫ density dt along a mean column; see [`Field::mean_column`].
     pub mean_column: Option<f64>,
     padded: Option<Padded>,
@@ -103,7 +109,7 @@ impl Medium {
     pub fn new(gpu: &Gpu, field: Arc<Field>, scene: &Scene) -> Result<Medium> {
         let storage = match field.shape {
             Shape::Dense(_) => Storage::of(scene.volume.precision),
-            Shape::Homogeneous { .. } => Storage::Analytic,
+            Shape::Analytic { .. } => Storage::Analytic,
         };
         let (low, high) = field.world_box();
         let diagonal = (high - low).length();
@@ -113,7 +119,7 @@ impl Medium {
                 fits(gpu, dense.size + 2, storage)?;
                 Some(Padded::new(dense, |x| storage.round(x)))
             }
-            Shape::Homogeneous { .. } => None,
+            Shape::Analytic { .. } => None,
         };
         let size = padded.as_ref().map_or(UVec3::ONE, |p| p.size);
         let texture = upload_density(gpu, padded.as_ref(), storage);
@@ -133,7 +139,7 @@ impl Medium {
         });
         let mean_column = field.mean_column();
         let volume_bytes = u64::from(size.x) * u64::from(size.y) * u64::from(size.z) * u64::from(storage.bytes());
-        let placeholder = cells_texture(gpu, &Words { cells: UVec3::ONE, side: 1, words: vec![0] });
+        let placeholder = cells_texture(gpu, &Words { cells: UVec3::ONE, side: 1, channels: 1, words: vec![0] });
         let mut medium = Medium {
             field,
             unit,
@@ -143,9 +149,10 @@ impl Medium {
             size,
             volume_bytes,
             majorant_bytes: 0,
+            majorant_seconds: 0.0,
             mean_column,
             padded,
-            cell_key: CellKey::Global,
+            cell_key: CellKey { kind: MajorantKind::Global, side: None, sigma: 0.0, control: None },
             exact,
             texture,
             cell_texture: placeholder,
@@ -168,24 +175,35 @@ impl Medium {
     }
 
     fn wanted_cells(&self, scene: &Scene) -> CellKey {
-        match (scene.tracking.majorant, scene.tracking.cell) {
-            (MajorantKind::Global, _) => CellKey::Global,
-            (MajorantKind::Grid, Auto::Is(side)) => CellKey::Uniform(side),
-            (MajorantKind::Grid, Auto::Auto) => {
-                // Extinction per texel, by the mean size of a texel.
-                let texel = glam::DMat3::from_mat4(self.field.local_from_world()).determinant().abs().cbrt().recip();
-                CellKey::Levels { sigma: level_sigma(self.sigma(scene) / self.unit * texel) }
-            }
-        }
+        let t = &scene.tracking;
+        let side = match (t.majorant, t.cell) {
+            (MajorantKind::Grid, Auto::Is(side)) => Some(side),
+            _ => None,
+        };
+        let sigma = if t.majorant == MajorantKind::Global || side.is_some() {
+            0.0
+        } else {
+            // Extinction per texel, by the mean size of a texel.
+            let texel = glam::DMat3::from_mat4(self.field.local_from_world()).determinant().abs().cbrt().recip();
+            level_sigma(self.sigma(scene) / self.unit * texel)
+        };
+        let is_level_grid = t.majorant == MajorantKind::Grid && side.is_none();
+        let kind = if is_level_grid && tracking::needs_fixed_bounds(t) { MajorantKind::Hierarchy } else { t.majorant };
+        CellKey { kind, side, sigma, control: tracking::needs_control(t).then_some(t.control) }
     }
 
     fn build_cells(&mut self, gpu: &Gpu) {
         let Some(padded) = &self.padded else { return };
-        let words = match self.cell_key {
-            CellKey::Global => Words::global(padded),
-            CellKey::Uniform(side) => Words::uniform(padded, side),
-            CellKey::Levels { sigma } => Words::levels(padded, sigma),
+        let CellKey { kind, side, sigma, control } = self.cell_key;
+        let begin = std::time::Instant::now();
+        let words = match (kind, side) {
+            (MajorantKind::Global, _) => Words::global(padded, control),
+            (MajorantKind::Grid, Some(side)) => Words::uniform(padded, side, control),
+            (MajorantKind::Grid, None) => Words::levels(padded, sigma, control),
+            (MajorantKind::KdTree, _) => Words::kd_tree(padded, sigma, control),
+            (MajorantKind::Hierarchy, _) => Words::octree(padded, sigma, control),
         };
+        self.majorant_seconds = begin.elapsed().as_secs_f64();
         self.cell = words.side;
         self.majorant_bytes = words.bytes();
         self.cells = words.cells;
@@ -209,21 +227,52 @@ impl Medium {
         self.size.max_element() as f32 * ROUNDING
     }
 
-    /// The slots that this medium fills.
+    /// The slots and constants that this medium decides.
     pub fn variant(&self, variant: Variant) -> Variant {
-        let medium = match (self.storage, self.field.nearest, self.exact) {
-            (Storage::Analytic, ..) => "medium/homogeneous",
-            (_, true, _) => "medium/dense_nearest",
-            (_, false, true) => "medium/dense_exact",
-            (_, false, false) => "medium/dense",
+        let profile = match &self.field.shape {
+            Shape::Analytic { profile, .. } => Some(*profile),
+            Shape::Dense(_) => None,
         };
-        let majorant = if self.storage == Storage::Analytic { "majorant/whole" } else { "majorant/grid" };
-        variant.slot("medium", medium).slot("majorant", majorant)
+        let medium = match (profile, self.field.nearest, self.exact) {
+            (Some(Profile::Constant), ..) => "medium/homogeneous",
+            (Some(Profile::Linear(..)), ..) => "medium/linear",
+            (Some(Profile::Exponential(..)), ..) => "medium/exponential",
+            (None, true, _) => "medium/dense_nearest",
+            (None, false, true) => "medium/dense_exact",
+            (None, false, false) => "medium/dense",
+        };
+        let majorant = match (profile, self.cell_key.kind) {
+            (Some(_), _) => "majorant/whole",
+            (None, MajorantKind::KdTree) => "majorant/tree",
+            (None, _) => "majorant/grid",
+        };
+        variant
+            .slot("medium", medium)
+            .slot("majorant", majorant)
+            .flag("MAJORANT_CONTROL", self.cell_key.control.is_some())
+            .flag("MAJORANT_TIGHT", profile == Some(Profile::Constant))
+            .flag("MEDIUM_NEAREST", self.field.nearest)
     }
 
     /// Whether the majorants are tight, so that short tracking loops pay.
     pub fn is_local(&self) -> bool {
-        self.cell_key != CellKey::Global
+        self.cell_key.kind != MajorantKind::Global
+    }
+
+    /// Whether the density is a formula.
+    pub fn is_analytic(&self) -> bool {
+        self.storage == Storage::Analytic
+    }
+
+    /// Mean size of a texel in world units of the shaders; a share of the box for a formula.
+    pub fn texel(&self) -> f64 {
+        /// Steps of size 1 across the diagonal of an analytic box.
+        const ANALYTIC_STEPS: f64 = 128.0;
+        if self.is_analytic() {
+            return 1.0 / ANALYTIC_STEPS;
+        }
+        let local = glam::DMat3::from_mat4(self.field.local_from_world()) * self.unit;
+        local.determinant().abs().cbrt().recip()
     }
 
     /// Bind group 1.
@@ -284,9 +333,14 @@ fn upload_density(gpu: &Gpu, padded: Option<&Padded>, storage: Storage) -> wgpu:
 }
 
 fn cells_texture(gpu: &Gpu, words: &Words) -> wgpu::Texture {
+    let format = match words.channels {
+        1 => wgpu::TextureFormat::R32Uint,
+        2 => wgpu::TextureFormat::Rg32Uint,
+        _ => wgpu::TextureFormat::Rgba32Uint,
+    };
     gpu.device.create_texture_with_data(
         &gpu.queue,
-        &texture_3d("majorants", words.cells, wgpu::TextureFormat::R32Uint),
+        &texture_3d("majorants", words.cells, format),
         wgpu::util::TextureDataOrder::LayerMajor,
         bytemuck::cast_slice(&words.words),
     )

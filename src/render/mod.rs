@@ -19,6 +19,7 @@ pub mod pace;
 pub mod params;
 pub mod pipeline;
 pub mod self_test;
+pub mod tracking;
 
 use film::{BLOCK, Film};
 use lights::{DomeBuffers, LightData, Lights};
@@ -228,15 +229,12 @@ impl Renderer {
             Phase::Hg => "phase/hg",
             Phase::TwoLobeHg => "phase/two_lobe_hg",
         };
-        let [r, g, b] = self.scene.medium.extinction.0;
-        let grey = r == g && g == b;
         let variant = Variant::default()
             .slot("phase", phase)
-            .slot("spectrum", if grey { "spectrum/grey" } else { "spectrum/hero" })
-            .flag("SPECTRUM_HERO", !grey)
             .flag("CAMERA_LENS", self.scene.camera.aperture_radius > 0.0)
             .flag("FILM_AOV", self.film.aov)
             .count("TRACK_STEPS", if self.medium.is_local() { TRACK_STEPS_LOCAL } else { TRACK_STEPS_GLOBAL });
+        let variant = tracking::variant(&self.scene, self.medium.is_analytic(), variant);
         self.medium.variant(self.lights.variant(variant))
     }
 

@@ -6,7 +6,7 @@ use crate::gpu::layout::gpu_struct;
 use crate::scene::value::{Auto, Limit};
 use crate::scene::{Camera, Scene};
 
-use super::field::Field;
+use super::field::{Field, Shape};
 use super::lights::Lights;
 use super::medium::Medium;
 
@@ -48,7 +48,7 @@ gpu_struct! {
         environment_cos: f32,
         environment_share: f32,
         length_unit: f32,
-        unused: u32,
+        majorant_factor: f32,
         tiles_x: u32,
         tiles: u32,
         tile_stride: u32,
@@ -59,6 +59,12 @@ gpu_struct! {
         inv_width: f32,
         last_cell: [i32; 3],
         inv_height: f32,
+        profile: [f32; 3],
+        profile_offset: f32,
+        step: f32,
+        unused0: u32,
+        unused1: u32,
+        unused2: u32,
     }
 }
 
@@ -135,6 +141,10 @@ impl Params {
         let strongest = extinction.max_element();
         let colour = if strongest > 0.0 { extinction / strongest } else { DVec3::ONE };
         let tiles_x = width.div_ceil(TILE);
+        let (gradient, offset) = match &medium.field.shape {
+            Shape::Analytic { profile, low, high } => profile.affine(*low, *high),
+            Shape::Dense(_) => (DVec3::ZERO, 0.0),
+        };
         let tiles = tiles_x * height.div_ceil(TILE);
         Params {
             camera_local: local_from_scene.transform_point3(view.position).as_vec3().to_array(),
@@ -175,7 +185,7 @@ impl Params {
             environment_cos: lights.map_rotation.cos(),
             environment_share: lights.map_share,
             length_unit: unit as f32,
-            unused: 0,
+            majorant_factor: scene.tracking.majorant_factor as f32,
             tiles_x,
             tiles,
             tile_stride: tile_stride(tiles),
@@ -186,6 +196,12 @@ impl Params {
             inv_width: 1.0 / width as f32,
             last_cell: (medium.cells.as_ivec3() - 1).to_array(),
             inv_height: 1.0 / height as f32,
+            profile: gradient.as_vec3().to_array(),
+            profile_offset: offset as f32,
+            step: (scene.tracking.step * medium.texel()) as f32,
+            unused0: 0,
+            unused1: 0,
+            unused2: 0,
         }
     }
 }

@@ -24,7 +24,7 @@ use crate::error::{Code, Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::readback;
 use crate::gpu::shader::Source;
-use crate::scene::{MajorantKind, Precision, Scene};
+use crate::scene::{FreeFlight, MajorantKind, Precision, Scene, Transmittance};
 
 use super::field::Field;
 use super::film::Sums;
@@ -98,6 +98,20 @@ pub const CHECKS: &[Check] = &[
     estimator("cloud, default settings", |_| {}),
     estimator("cloud, global majorant", |s| s.tracking.majorant = MajorantKind::Global),
     estimator("cloud, coloured extinction", |s| s.medium.extinction.0 = [1.0, 0.7, 0.4]),
+    estimator("cloud, weighted delta", |s| s.tracking.free_flight = FreeFlight::WeightedDelta),
+    estimator("cloud, decomposition", |s| s.tracking.free_flight = FreeFlight::Decomposition),
+    estimator("cloud, weighted decomposition", |s| s.tracking.free_flight = FreeFlight::WeightedDecomposition),
+    estimator("cloud, spectral tracking with history", |s| s.tracking.free_flight = FreeFlight::SpectralHistory),
+    estimator("cloud, regular tracking", |s| s.tracking.free_flight = FreeFlight::Regular),
+    estimator("cloud, residual ratio", |s| s.tracking.transmittance = Transmittance::ResidualRatio),
+    estimator("cloud, delta shadows", |s| s.tracking.transmittance = Transmittance::Delta),
+    estimator("cloud, next flight", |s| s.tracking.transmittance = Transmittance::NextFlight),
+    estimator("cloud, unbiased ray marching", |s| s.tracking.transmittance = Transmittance::UnbiasedRayMarching),
+    estimator("cloud, telescoping", |s| s.tracking.transmittance = Transmittance::Telescoping),
+    estimator("cloud, power series", |s| s.tracking.transmittance = Transmittance::PowerSeries),
+    estimator("cloud, regular shadows", |s| s.tracking.transmittance = Transmittance::Regular),
+    estimator("cloud, kd-tree", |s| s.tracking.majorant = MajorantKind::KdTree),
+    estimator("cloud, hierarchy", |s| s.tracking.majorant = MajorantKind::Hierarchy),
     by("pixels changed by slicing the work", "the same samples give the same bits", pictures::slicing),
 ];
 

@@ -13,7 +13,7 @@ pub mod value;
 
 use animation::Track;
 use row::{Effect, Layers, Row, Scale, Section, section};
-use value::{Auto, Bounds, Colour, FilePath, Limit, Matrix, Value, choice};
+use value::{Auto, Bounds, Colour, FilePath, Limit, Matrix, Pair, Value, choice};
 
 /// The version of the scene format.
 pub const VERSION: i64 = 1;
@@ -31,6 +31,17 @@ choice! {
     Analytic {
         None = "", "None", "No analytic volume.";
         Homogeneous = "homogeneous", "Homogeneous", "Density 1 inside the bounds.";
+        Linear = "linear", "Linear", "Density linear along an axis, from one face of the bounds to the other.";
+        Exponential = "exponential", "Exponential", "Density exp(−h / scale height), h from the lower face along an axis.";
+    }
+}
+
+choice! {
+    /// An axis of the box of an analytic volume.
+    Axis {
+        X = "x", "x", "Along x.";
+        Y = "y", "y", "Along y.";
+        Z = "z", "z", "Along z.";
     }
 }
 
@@ -73,6 +84,16 @@ choice! {
     /// Free-flight samplers.
     FreeFlight {
         Delta = "delta", "Delta", "Delta (Woodcock) tracking; with coloured extinction its channel is drawn as a hero.";
+        Hero = "hero", "Hero channel", "One channel draws the path, all three weigh it; for grey extinction the same as delta.";
+        WeightedDelta = "weighted-delta", "Weighted delta", "Signed weights, so that the majorant need not bound.";
+        Decomposition = "decomposition", "Decomposition", "Collisions with the cell's minimum need no lookup; delta's law.";
+        WeightedDecomposition = "weighted-decomposition", "Weighted decomposition", "Any control by signed weights; weights are unbounded.";
+        SpectralMax = "spectral-max", "Spectral, max", "All channels at once, events by the greatest.";
+        SpectralAvg = "spectral-avg", "Spectral, average", "All channels at once, events by the mean.";
+        SpectralHistory = "spectral-history", "Spectral, history", "All channels at once, events by the mean of what the path carries.";
+        Regular = "regular", "Regular", "Exact inversion from cell to cell.";
+        ClosedForm = "closed-form", "Closed form", "The formula of an analytic volume.";
+        RayMarching = "ray-marching", "Ray marching", "Steps of fixed size. Biased by their size.";
     }
 }
 
@@ -80,6 +101,16 @@ choice! {
     /// Transmittance estimators of shadow rays.
     Transmittance {
         Ratio = "ratio", "Ratio", "Ratio tracking.";
+        ResidualRatio = "residual-ratio", "Residual ratio", "A control in closed form, ratio tracking for the rest.";
+        Delta = "delta", "Delta", "1 where delta tracking gets through, else 0.";
+        NextFlight = "next-flight", "Next flight", "The majorant's transmittance from each collision on.";
+        UnbiasedRayMarching = "unbiased-ray-marching", "Unbiased marching", "A power series around a march, of random order.";
+        Telescoping = "telescoping", "Telescoping", "A march, and by chance the difference that finer ones make.";
+        PowerSeries = "power-series", "Power series", "The series of exp around the majorant, stopped by roulette.";
+        Regular = "regular", "Regular", "Exact integration from cell to cell.";
+        ClosedForm = "closed-form", "Closed form", "The formula of an analytic volume.";
+        RayMarching = "ray-marching", "Ray marching", "Steps of fixed size. Biased by their size.";
+        Jackknife = "jackknife", "Jackknife", "Two marches whose difference removes most bias. Biased.";
     }
 }
 
@@ -88,6 +119,16 @@ choice! {
     MajorantKind {
         Global = "global", "Global", "One majorant for the whole volume.";
         Grid = "grid", "Grid", "A majorant for each cell.";
+        KdTree = "kd-tree", "kd-tree", "Boxes split where that saves most steps and lookups.";
+        Hierarchy = "hierarchy", "Hierarchy", "An octree, split while the density varies much in a node.";
+    }
+}
+
+choice! {
+    /// Controls: densities that are integrated in closed form.
+    Control {
+        Min = "min", "Minimum", "The least density of the cell: all factors are in 0 … 1.";
+        Mean = "mean", "Mean", "The mean density of the cell: less noise, but estimates may leave 0 … 1.";
     }
 }
 
@@ -128,6 +169,12 @@ section! {
         analytic: Analytic = Analytic::None, label("Formula"), effect(Effect::Volume);
         /// The box of the formula, before to_world; sides may be infinite.
         bounds: Bounds = Bounds([DVec3::NEG_ONE, DVec3::ONE]), label("Bounds"), effect(Effect::Volume);
+        /// The axis of a linear or exponential formula.
+        axis: Axis = Axis::Y, label("Axis"), effect(Effect::Volume);
+        /// Density at the lower and the upper face of a linear formula.
+        density: Pair = Pair([0.0, 1.0]), label("Densities"), range(0.0, 1e30), effect(Effect::Volume);
+        /// Height over which the density of an exponential formula falls by a factor e.
+        scale_height: f64 = 1.0, label("Scale height"), symbol("H"), unit("units"), range(1e-12, 1e12), slider(0.01, 10.0), scale(Scale::Log), effect(Effect::Volume);
         /// Interpolation between voxels.
         filter: Filter = Filter::Trilinear, label("Filter"), effect(Effect::Volume);
         /// World from the file's own world: a 4×4 matrix by rows, any invertible affine map.
@@ -268,6 +315,12 @@ section! {
         majorant: MajorantKind = MajorantKind::Grid, label("Majorant"), symbol("µ̄"), effect(Effect::Method);
         /// Voxels along the side of a majorant cell. Auto: a level grid, whose cells follow the density.
         cell: Auto<u32> = Auto::Auto, label("Cell"), unit("voxels"), range(1.0, 64.0), effect(Effect::Method);
+        /// Density that decomposition and residual ratio tracking treat in closed form.
+        control: Control = Control::Min, label("Control"), symbol("µc"), effect(Effect::Method);
+        /// Factor on all bounds. Below 1 they do not bound, which only weighted flights and estimators of ratios allow.
+        majorant_factor: f64 = 1.0, label("Majorant factor"), range(0.3, 3.0), effect(Effect::Method);
+        /// Size of the steps of ray marching and jackknife.
+        step: f64 = 1.0, label("Step"), unit("voxels"), range(0.01, 1000.0), slider(0.1, 32.0), scale(Scale::Log), effect(Effect::Method), biased("of ray marching and jackknife: longer steps, more bias");
     }
 }
 
@@ -372,8 +425,8 @@ pub enum Source {
         /// Voxels along its longest side.
         resolution: u32,
     },
-    /// Density 1 in a box.
-    Homogeneous(Bounds),
+    /// A formula in a box.
+    Analytic,
 }
 
 impl Volume {
@@ -381,11 +434,44 @@ impl Volume {
     pub fn source(&self) -> Source {
         if !self.file.0.is_empty() {
             Source::File(self.file.0.clone())
-        } else if self.analytic == Analytic::Homogeneous {
-            Source::Homogeneous(self.bounds)
+        } else if self.analytic != Analytic::None {
+            Source::Analytic
         } else {
             Source::Cumulus { seed: self.seed, resolution: self.resolution }
         }
+    }
+}
+
+impl Tracking {
+    /// Whether the estimators are biased, and why.
+    pub fn bias(&self) -> Option<&'static str> {
+        match (self.free_flight, self.transmittance) {
+            (FreeFlight::RayMarching, _) => Some("ray marching of free flights"),
+            (_, Transmittance::RayMarching) => Some("ray marching of shadow rays"),
+            (_, Transmittance::Jackknife) => Some("jackknife transmittance"),
+            _ => None,
+        }
+    }
+
+    /// Whether these estimators fit one another and the volume, `analytic` or not; an error in words.
+    pub fn check(&self, analytic: bool) -> Result<(), String> {
+        let closed = self.free_flight == FreeFlight::ClosedForm || self.transmittance == Transmittance::ClosedForm;
+        if closed && !analytic {
+            return Err("tracking: \"closed-form\" needs an analytic volume; \"regular\" is exact for voxels.".into());
+        }
+        if self.free_flight == FreeFlight::Decomposition && self.control == Control::Mean {
+            let why = "a mean lies above the density in places";
+            let advice = "choose tracking.control \"min\" or tracking.free_flight \"weighted-decomposition\"";
+            return Err(format!("tracking.free_flight \"decomposition\" takes no mean control: {why}; {advice}."));
+        }
+        let bounds = !matches!(self.free_flight, FreeFlight::Delta | FreeFlight::Hero | FreeFlight::Decomposition)
+            && self.transmittance != Transmittance::Delta;
+        if self.majorant_factor < 1.0 && !bounds {
+            return Err("tracking.majorant_factor below 1 needs a free flight that stays unbiased there (weighted, \
+                        spectral, regular) and a transmittance that is not \"delta\"."
+                .into());
+        }
+        Ok(())
     }
 }
 

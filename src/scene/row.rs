@@ -271,6 +271,7 @@ impl Row {
             Kind::Vector | Kind::Colour => "3 numbers, ",
             Kind::Matrix => "16 numbers, ",
             Kind::Bounds => "2 corners of 3 numbers, ",
+            Kind::Pair => "2 numbers, ",
             Kind::Integer => "a whole number, ",
             _ => "",
         };

@@ -90,6 +90,18 @@ impl Scene {
         if !low.cmplt(high).all() {
             return Err("volume.bounds: each lower side must lie below the upper one.".into());
         }
+        let axis = self.volume.axis as usize;
+        let wanted = match self.volume.analytic {
+            Analytic::Linear => low[axis].is_finite() && high[axis].is_finite(),
+            Analytic::Exponential => low[axis].is_finite(),
+            Analytic::None | Analytic::Homogeneous => true,
+        };
+        if !wanted {
+            return Err(
+                "volume.bounds: along volume.axis a formula needs a finite lower side, a linear one both.".into()
+            );
+        }
+        self.tracking.check(self.volume.analytic != Analytic::None)?;
         for light in &self.lights {
             if let Light::Sun(sun) = light
                 && sun.direction == glam::DVec3::ZERO

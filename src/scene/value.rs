@@ -134,6 +134,8 @@ pub enum Kind {
     Matrix,
     /// The lowest and the highest corner of a box.
     Bounds,
+    /// Two numbers.
+    Pair,
 }
 
 /// A type that a setting can have.
@@ -307,6 +309,25 @@ impl Setting for Bounds {
     }
 }
 
+/// Two numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair(pub [f64; 2]);
+
+impl Setting for Pair {
+    const KIND: Kind = Kind::Pair;
+    fn to_value(&self) -> Value {
+        Value::List(self.0.iter().map(f64::to_value).collect())
+    }
+    fn from_value(value: &Value) -> Option<Self> {
+        match value {
+            Value::List(ends) if ends.len() == 2 => {
+                Some(Pair([f64::from_value(&ends[0])?, f64::from_value(&ends[1])?]))
+            }
+            _ => None,
+        }
+    }
+}
+
 /// A value, or `"auto"`: the program finds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Auto<T> {
@@ -385,6 +406,10 @@ macro_rules! choice {
             /// Its name in scene files.
             pub fn name(self) -> &'static str {
                 Self::CHOICES[self as usize].name
+            }
+            /// Its name on screen.
+            pub fn label(self) -> &'static str {
+                Self::CHOICES[self as usize].label
             }
         }
         impl $crate::scene::value::Setting for $Name {

@@ -9,6 +9,7 @@ use glam::UVec3;
 use rayon::prelude::*;
 
 use super::Dense;
+use crate::scene::Control;
 
 /// A density with a border of one empty texel on all sides, as the adapter stores it, relative to the greatest density.
 #[derive(Clone, Debug)]
@@ -76,6 +77,8 @@ pub struct Bounds {
     pub min: Vec<f32>,
     /// Greatest.
     pub max: Vec<f32>,
+    /// Mean of the texels.
+    pub mean: Vec<f32>,
 }
 
 /// Interpolation in 32-bit floats may overshoot its corners by a few units in the last place.
@@ -91,10 +94,13 @@ struct Range {
     max: f32,
     wide_min: f32,
     wide_max: f32,
+    sum: f32,
+    count: f32,
 }
 
 impl Range {
-    const NONE: Range = Range { min: f32::INFINITY, max: 0.0, wide_min: f32::INFINITY, wide_max: 0.0 };
+    const NONE: Range =
+        Range { min: f32::INFINITY, max: 0.0, wide_min: f32::INFINITY, wide_max: 0.0, sum: 0.0, count: 0.0 };
 
     /// Joins another range, whose own part counts only where `own`.
     fn join(&mut self, other: Range, own: bool) {
@@ -103,14 +109,18 @@ impl Range {
         if own {
             self.min = self.min.min(other.min);
             self.max = self.max.max(other.max);
+            self.sum += other.sum;
+            self.count += other.count;
         }
     }
 
-    /// Bounds of the points within [`SLACK`] of the cell: each axis lends at most that weight to the layer around.
-    fn bounds(self) -> (f32, f32) {
+    /// Least and greatest value at the points within [`SLACK`] of the cell, and the mean of its texels. Each axis lends at
+    /// most that weight to the layer around.
+    fn bounds(self) -> [f32; 3] {
         let weight = 3.0 * SLACK;
         let (down, up) = (self.min - self.wide_min, self.wide_max - self.max);
-        ((self.min - weight * down) * (1.0 - ULPS), (self.max + weight * up) * (1.0 + ULPS))
+        let min = (self.min - weight * down) * (1.0 - ULPS);
+        [min, (self.max + weight * up) * (1.0 + ULPS), self.sum / self.count]
     }
 }
 
@@ -126,7 +136,7 @@ impl Bounds {
     pub fn new(field: &Padded, side: u32) -> Bounds {
         let size = field.size;
         let cells = ((size.max(UVec3::splat(2)) - 1) + (side - 1)) / side;
-        let layers: Vec<(f32, f32)> = (0..cells.z)
+        let layers: Vec<[f32; 3]> = (0..cells.z)
             .into_par_iter()
             .flat_map_iter(|cz| {
                 // First along x for every row of texels, then across rows.
@@ -140,7 +150,8 @@ impl Bounds {
                             let mut range = Range::NONE;
                             for (x, own) in texels(cx, side, size.x) {
                                 let v = line[x as usize];
-                                range.join(Range { min: v, max: v, wide_min: v, wide_max: v }, own);
+                                let one = Range { min: v, max: v, wide_min: v, wide_max: v, sum: v, count: 1.0 };
+                                range.join(one, own);
                             }
                             range
                         }));
@@ -159,37 +170,66 @@ impl Bounds {
                 layer.into_iter().map(Range::bounds)
             })
             .collect();
-        Bounds { cells, side, min: layers.iter().map(|b| b.0).collect(), max: layers.iter().map(|b| b.1).collect() }
+        let part = |i: usize| layers.iter().map(|b| b[i]).collect();
+        Bounds { cells, side, min: part(0), max: part(1), mean: part(2) }
+    }
+
+    /// Place of a cell in the lists.
+    pub fn index(&self, c: UVec3) -> usize {
+        (c.x + self.cells.x * (c.y + self.cells.y * c.z)) as usize
     }
 
     /// Bounds of cells twice the side.
     fn halve(&self) -> Bounds {
         let cells = (self.cells + 1) / 2;
         let count = (cells.x * cells.y * cells.z) as usize;
-        let mut coarse = Bounds { cells, side: self.side * 2, min: vec![f32::INFINITY; count], max: vec![0.0; count] };
+        let zeros = || vec![0.0; count];
+        let mut coarse =
+            Bounds { cells, side: self.side * 2, min: vec![f32::INFINITY; count], max: zeros(), mean: zeros() };
+        let mut parts = vec![0.0f32; count];
         let mut i = 0;
         for z in 0..self.cells.z {
             for y in 0..self.cells.y {
                 for x in 0..self.cells.x {
-                    let j = (x / 2 + cells.x * (y / 2 + cells.y * (z / 2))) as usize;
+                    let j = coarse.index(UVec3::new(x, y, z) / 2);
                     coarse.min[j] = coarse.min[j].min(self.min[i]);
                     coarse.max[j] = coarse.max[j].max(self.max[i]);
+                    coarse.mean[j] += self.mean[i];
+                    parts[j] += 1.0;
                     i += 1;
                 }
             }
         }
+        coarse.mean.iter_mut().zip(parts).for_each(|(mean, n)| *mean /= n);
         coarse
+    }
+
+    /// Bounds of cells of `side` texels, of twice that, and so on, to at least `largest`.
+    pub(super) fn pyramid(field: &Padded, side: u32, largest: u32) -> Vec<Bounds> {
+        let mut pyramid = vec![Bounds::new(field, side)];
+        while pyramid[pyramid.len() - 1].side < largest {
+            pyramid.push(pyramid[pyramid.len() - 1].halve());
+        }
+        pyramid
+    }
+
+    /// What the shader reads for cell `i`: its majorant with `level`, and control and residual bound if asked for.
+    pub(super) fn words(&self, i: usize, level: u32, control: Option<Control>) -> [u32; 2] {
+        [word(self.max[i], level), control.map_or(0, |c| control_word(self.min[i], self.max[i], self.mean[i], c))]
     }
 }
 
-/// The word that the shader reads for each cell: the majorant with its lowest bits replaced by a level.
+/// The words that the shader reads for each cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Words {
     /// Cells along x, y, z.
     pub cells: UVec3,
     /// Texels along the side of a cell.
     pub side: u32,
-    /// Majorant (f32 bits, rounded up) with the level in its lowest [`LEVEL_BITS`] bits.
+    /// Words of a cell: 1, 2 or 4.
+    pub channels: u32,
+    /// Of each cell the majorant (f32 bits, rounded up) with the level in its lowest [`LEVEL_BITS`] bits; with two
+    /// channels also control and residual bound, as two 16-bit floats. With four: see [`super::tree`].
     pub words: Vec<u32>,
 }
 
@@ -204,58 +244,88 @@ const FINEST_THICKNESS: f64 = 4.0;
 /// Cells of a level grid at most: 2 MiB, about what a core's own cache holds. More cost more than they save.
 const MOST_CELLS: u32 = 1 << 19;
 /// Cost of walking a segment over the cost of a lookup.
-const STEP_COST: f64 = 1.0;
+pub(super) const STEP_COST: f64 = 1.0;
 /// Mean chord of a cube over its side.
 const CHORD: f64 = 0.66;
 
-fn word(max: f32, level: u32) -> u32 {
+pub(super) fn word(max: f32, level: u32) -> u32 {
     let mask = (1u32 << LEVEL_BITS) - 1;
     // Positive floats order like their bits, so rounding the bits up rounds the value up.
     let up = if max > 0.0 { (max.to_bits() + mask) & !mask } else { 0 };
     up | level
 }
 
+/// Control and residual bound: the greatest difference between the density and the control. Both as they decode; a
+/// minimum never rounds up.
+pub(super) fn control_word(min: f32, max: f32, mean: f32, control: Control) -> u32 {
+    let control = match control {
+        Control::Min => f16_below(min.max(0.0)),
+        Control::Mean => half::f16::from_f32(mean),
+    };
+    let c = control.to_f32();
+    let residual = -f16_below(-(max - c).max(c - min)).to_f32();
+    u32::from(control.to_bits()) | u32::from(half::f16::from_f32(residual).to_bits()) << 16
+}
+
+/// The greatest 16-bit float that is not above `x`, a finite number of at most 1 in magnitude.
+fn f16_below(x: f32) -> half::f16 {
+    let near = half::f16::from_f32(x);
+    if near.to_f32() <= x {
+        return near;
+    }
+    // Towards −∞: the magnitude of a positive float falls, that of a negative one grows.
+    let bits = near.to_bits();
+    let below = if near.to_f32() > 0.0 { bits - 1 } else { (bits | 0x8000) + 1 };
+    half::f16::from_bits(below)
+}
+
 impl Words {
+    pub(super) fn of(
+        bounds: &Bounds,
+        control: Option<Control>,
+        cell: impl Fn(usize) -> [u32; 2] + Sync + Send,
+    ) -> Words {
+        let count = bounds.max.len();
+        let words: Vec<[u32; 2]> = (0..count).into_par_iter().map(cell).collect();
+        let words = match control {
+            None => words.into_iter().map(|w| w[0]).collect(),
+            Some(_) => words.into_flattened(),
+        };
+        Words { cells: bounds.cells, side: bounds.side, channels: 1 + u32::from(control.is_some()), words }
+    }
+
     /// A uniform grid of cells of `side` texels.
-    pub fn uniform(field: &Padded, side: u32) -> Words {
+    pub fn uniform(field: &Padded, side: u32, control: Option<Control>) -> Words {
         let bounds = Bounds::new(field, side);
-        Words { cells: bounds.cells, side, words: bounds.max.iter().map(|&m| word(m, 0)).collect() }
+        Words::of(&bounds, control, |i| bounds.words(i, 0, control))
     }
 
     /// One cell for all.
-    pub fn global(field: &Padded) -> Words {
-        Words::uniform(field, field.size.max_element())
+    pub fn global(field: &Padded, control: Option<Control>) -> Words {
+        Words::uniform(field, field.size.max_element(), control)
     }
 
     /// A level grid: each finest cell names the cube that is cheapest to walk from there, where a stored value of 1
     /// gives an extinction of `sigma` per texel. The choice follows `sigma` in steps of two, so that the same settings
     /// give the same grid however they were reached.
-    pub fn levels(field: &Padded, sigma: f64) -> Words {
+    pub fn levels(field: &Padded, sigma: f64, control: Option<Control>) -> Words {
         let sigma = level_sigma(sigma);
-        let side = finest_side(field.size, sigma);
-        let mut pyramid = vec![Bounds::new(field, side)];
-        while pyramid[pyramid.len() - 1].side < LARGEST_SIDE {
-            pyramid.push(pyramid[pyramid.len() - 1].halve());
-        }
+        let pyramid = Bounds::pyramid(field, finest_side(field.size, sigma), LARGEST_SIDE);
         let fine = pyramid[0].cells;
-        let words = (0..fine.x * fine.y * fine.z)
-            .into_par_iter()
-            .map(|i| {
-                let c = UVec3::new(i % fine.x, i / fine.x % fine.y, i / (fine.x * fine.y));
-                let mut best = (f64::INFINITY, 0);
-                for (level, b) in pyramid.iter().enumerate() {
-                    let j = c >> UVec3::splat(level as u32);
-                    let max = b.max[(j.x + b.cells.x * (j.y + b.cells.y * j.z)) as usize];
-                    let length = CHORD * f64::from(b.side);
-                    let cost = (STEP_COST + sigma * f64::from(max) * length) / length;
-                    if cost < best.0 {
-                        best = (cost, word(max, level as u32));
-                    }
+        Words::of(&pyramid[0], control, |i| {
+            let i = i as u32;
+            let c = UVec3::new(i % fine.x, i / fine.x % fine.y, i / (fine.x * fine.y));
+            let mut best = (f64::INFINITY, [0; 2]);
+            for (level, b) in pyramid.iter().enumerate() {
+                let j = b.index(c >> UVec3::splat(level as u32));
+                let length = CHORD * f64::from(b.side);
+                let cost = (STEP_COST + sigma * f64::from(b.max[j]) * length) / length;
+                if cost < best.0 {
+                    best = (cost, b.words(j, level as u32, control));
                 }
-                best.1
-            })
-            .collect();
-        Words { cells: fine, side, words }
+            }
+            best.1
+        })
     }
 
     /// Bytes on the adapter.
@@ -265,7 +335,7 @@ impl Words {
 }
 
 /// Texels along the side of the finest cell of a level grid over `size` texels.
-fn finest_side(size: UVec3, sigma: f64) -> u32 {
+pub(super) fn finest_side(size: UVec3, sigma: f64) -> u32 {
     let mut side = (FINEST_THICKNESS / sigma).clamp(1.0, FINEST_SIDE) as u32;
     while (size / side).as_u64vec3().element_product() > u64::from(MOST_CELLS) {
         side *= 2;
@@ -331,11 +401,11 @@ mod tests {
         let byte = |x: f32| (x * 255.0).round() / 255.0;
         for field in [field(|x| x), field(half), field(byte)] {
             for side in [1, 3, 4, 8, 64] {
-                assert_eq!(violations(&field, &Words::uniform(&field, side)), 0, "side {side}");
+                assert_eq!(violations(&field, &Words::uniform(&field, side, None)), 0, "side {side}");
             }
-            assert_eq!(violations(&field, &Words::global(&field)), 0);
+            assert_eq!(violations(&field, &Words::global(&field, None)), 0);
             for sigma in [0.01, 1.0, 100.0] {
-                assert_eq!(violations(&field, &Words::levels(&field, sigma)), 0, "sigma {sigma}");
+                assert_eq!(violations(&field, &Words::levels(&field, sigma, None)), 0, "sigma {sigma}");
             }
         }
     }
@@ -343,7 +413,7 @@ mod tests {
     #[test]
     fn a_missing_apron_or_rounding_down_is_seen() {
         let field = field(|x| x);
-        let words = Words::uniform(&field, 4);
+        let words = Words::uniform(&field, 4, None);
         let mut low = words.clone();
         for w in &mut low.words {
             *w = word(f32::from_bits(*w & !15) * 0.999, 0);
@@ -369,11 +439,11 @@ mod tests {
     #[test]
     fn a_level_is_the_cube_that_holds_the_cell() {
         let field = field(|x| x);
-        let words = Words::levels(&field, 0.05);
+        let words = Words::levels(&field, 0.05, None);
         assert!(words.words.iter().any(|w| w & 15 > 0), "thin media are walked in large cubes");
-        let fine = Words::levels(&field, 1e3);
+        let fine = Words::levels(&field, 1e3, None);
         assert!(fine.words.iter().filter(|w| **w & 15 == 0).count() > fine.words.len() / 4);
-        assert_eq!(Words::levels(&field, 0.9), Words::levels(&field, 1.1));
+        assert_eq!(Words::levels(&field, 0.9, None), Words::levels(&field, 1.1, None));
     }
 
     #[test]

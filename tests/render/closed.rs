@@ -70,7 +70,7 @@ fn transmittance_is_the_closed_form() {
     let Some(a) = adapter() else { return };
     all_hold(&transmittance_checks(&a, &standard()));
     let plants = [
-        ("integrate/path", "let bound = segment.x * params.sigma;", "let bound = segment.x * params.sigma * 1.01;"),
+        ("flight/delta", "return segment.bound * flight.rate;", "return segment.bound * flight.rate * 1.01;"),
         ("integrate/path", "if (bounces >= params.max_bounces) {", "if (bounces > params.max_bounces) {"),
         ("core/rng", "return -log(1.0 - rng_next(rng));", "return -log2(1.0 - rng_next(rng));"),
         ("core/ray", "ray.exit = min(far.x, min(far.y, far.z));", "ray.exit = max(far.x, min(far.y, far.z));"),
@@ -180,9 +180,9 @@ fn single_scattering_is_the_closed_form() {
         ),
         (
             "shadow rays go through everything",
-            "integrate/path",
-            "transmittance *= spectrum_ratio(share);",
-            "transmittance *= 1.0;",
+            "transmittance/ratio",
+            "*t *= Spectrum(1.0) - spectrum_extinction() * (density / segment.bound);",
+            "*t *= Spectrum(1.0);",
         ),
     ];
     for (what, file, from, to) in plants {

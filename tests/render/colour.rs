@@ -46,27 +46,37 @@ fn channels_are_their_grey_pictures() {
         }
     }
     let plants = [
-        ("no weights", "spectrum/hero", "return p / math_mean3(p);", "return vec3f(1.0);"),
-        ("weights of the hero alone", "spectrum/hero", "return p / math_mean3(p);", "return p / math_max3(p);"),
-        ("majorant depth left out", "spectrum/hero", "* s.events - params.extinction * s.depth", "* s.events"),
+        ("no weights", "spectrum/colour", "return p / math_mean3(p);", "return vec3f(1.0);"),
+        ("weights of the hero alone", "spectrum/colour", "return p / math_mean3(p);", "return p / math_max3(p);"),
+        (
+            "majorant depth left out",
+            "spectrum/colour",
+            "* hero.events - params.extinction * hero.depth",
+            "* hero.events",
+        ),
         (
             "collisions left out",
-            "spectrum/hero",
-            "spectrum_log(params.extinction) * s.events",
+            "spectrum/colour",
+            "spectrum_log(params.extinction) * hero.events",
             "spectrum_log(params.extinction) * 0.0",
         ),
         (
-            "shadow rays of the first channel",
-            "spectrum/hero",
-            "vec3f(1.0) - params.extinction * share",
-            "vec3f(1.0 - params.extinction.x * share)",
+            "shadow rays of the mean channel",
+            "transmittance/ratio",
+            "spectrum_extinction() * (density",
+            "Spectrum(spectrum_mean(spectrum_extinction())) * (density",
         ),
-        ("heroes not even", "spectrum/hero", "min(u32(u * 3.0), 2u)", "min(u32(u * 3.2), 2u)"),
+        (
+            "heroes not even",
+            "spectrum/colour",
+            "min(u32(rng_next(rng) * 3.0), 2u)",
+            "min(u32(rng_next(rng) * 3.2), 2u)",
+        ),
         (
             "null collisions not counted",
-            "integrate/path",
-            "spectrum_step(&spectrum, (t - ray.t) * bound, collides);",
-            "spectrum_step(&spectrum, (t - ray.t) * bound, false);",
+            "flight/delta",
+            "spectrum_step(flight, stretch * segment.bound, collides);",
+            "spectrum_step(flight, stretch * segment.bound, false);",
         ),
     ];
     for (what, file, from, to) in plants {

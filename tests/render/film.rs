@@ -160,11 +160,12 @@ fn variants_are_those_that_are_validated() {
         let mut slots: Vec<&str> = variant.slots.iter().map(|s| s.0).collect();
         slots.sort_unstable();
         // The lists of tests/shaders.rs.
-        assert_eq!(slots, ["majorant", "medium", "phase", "spectrum"]);
+        assert_eq!(slots, ["flight", "majorant", "medium", "phase", "spectrum", "transmittance"]);
         let mut constants: Vec<&str> = variant.constants.iter().map(|c| c.0).collect();
         constants.sort_unstable();
-        let known = "CAMERA_LENS FILM_AOV LIGHT_HAS_DISC LIGHT_HAS_LIST LIGHT_HAS_MANY LIGHT_HAS_MAP LIGHT_HAS_POINT \
-                     LIGHT_SAMPLED SPECTRUM_HERO TRACK_STEPS";
+        let known = "CAMERA_LENS FILM_AOV FLIGHT_WALKS LIGHT_HAS_DISC LIGHT_HAS_LIST LIGHT_HAS_MANY LIGHT_HAS_MAP \
+                     LIGHT_HAS_POINT LIGHT_SAMPLED MAJORANT_CONTROL MAJORANT_TIGHT MEDIUM_NEAREST TRACK_STEPS \
+                     TRANSMITTANCE_WALKS";
         assert_eq!(constants, known.split_whitespace().collect::<Vec<_>>());
     }
 }
@@ -274,13 +275,13 @@ fn shaders_are_read_again_and_broken_ones_leave_the_picture() {
     r.submit(pass).expect("draws");
     let before = r.film.read(&a.gpu).expect("reads");
     let mut broken = standard();
-    broken.plants.push(("hit = u < share;".into(), "hit = u < shale;".into()));
-    let message = r.reload_shaders(broken).expect_err("shale is unknown").to_string();
-    assert!(message.contains("shaders/integrate/path.wgsl:"), "{message}");
+    broken.plants.push(("u * segment.bound < density;".into(), "u * segment.bound < density_;".into()));
+    let message = r.reload_shaders(broken).expect_err("density_ is unknown").to_string();
+    assert!(message.contains("shaders/flight/delta.wgsl:"), "{message}");
     assert_eq!(r.progress().samples, 4, "the picture goes on");
     // Another estimator shows at once, and the old one gives the old bits again.
     let mut other = standard();
-    other.plants.push(("hit = u < share;".into(), "hit = u < 0.5 * share;".into()));
+    other.plants.push(("u * segment.bound < density;".into(), "u * segment.bound < 0.5 * density;".into()));
     r.reload_shaders(other).expect("builds");
     assert_eq!(r.progress().samples, 0, "a new shader is a new picture");
     r.submit(pass).expect("draws");

@@ -131,35 +131,35 @@ fn voxels_scatter_what_quadrature_says() {
         ("half a voxel aside", "medium/dense", "medium_sampler, p * params", "medium_sampler, (p + 0.5) * params"),
         (
             "density 2 % up",
-            "integrate/path",
-            "let share = medium_density(ray_at(ray, t)) / segment.x;",
-            "let share = 1.02 * medium_density(ray_at(ray, t)) / segment.x;",
+            "track/step",
+            "density = medium_density(ray_at(*ray, t));",
+            "density = 1.02 * medium_density(ray_at(*ray, t));",
         ),
         (
             "majorant a tenth down",
             "majorant/grid",
-            "bitcast<f32>(word & ~GRID_LEVEL_BITS)",
-            "0.9 * bitcast<f32>(word & ~GRID_LEVEL_BITS)",
+            "bitcast<f32>(words.x & ~GRID_LEVEL_BITS)",
+            "0.9 * bitcast<f32>(words.x & ~GRID_LEVEL_BITS)",
         ),
         (
             "shadow roulette without its weight",
-            "integrate/path",
-            "select(0.0, PATH_SHADOW_ROULETTE / strongest, survives)",
-            "select(0.0, 1.0, survives)",
+            "track/step",
+            "select(0.0, *played * roulette / strongest, survives)",
+            "select(0.0, *played, survives)",
         ),
-        ("acceptance the other way", "integrate/path", "hit = u < share;", "hit = u > share;"),
+        ("acceptance the other way", "flight/delta", "u * segment.bound < density;", "u * segment.bound > density;"),
         (
             "shadows see the majorant",
-            "integrate/path",
-            "transmittance *= spectrum_ratio(share);",
-            "transmittance *= spectrum_ratio(0.5 * (1.0 + share));",
+            "transmittance/ratio",
+            "*t *= Spectrum(1.0) - spectrum_extinction() * (density / segment.bound);",
+            "*t *= Spectrum(1.0) - spectrum_extinction() * (0.5 * (1.0 + density / segment.bound));",
         ),
-        ("depth kept over a face", "integrate/path", "            depth -= max(available, 0.0);\n", ""),
+        ("depth kept over a face", "track/step", "    *depth -= available;\n", ""),
         (
             "one number for distance and acceptance",
-            "integrate/path",
-            "let u = rng_next(&rng);\n                if (shadow)",
-            "let u = exp(-depth);\n                if (shadow)",
+            "track/step",
+            "let u = rng_next(rng);\n        var density = 0.0;",
+            "let u = exp(-*depth);\n        var density = 0.0;",
         ),
     ];
     for (what, file, from, to) in plants {
@@ -197,8 +197,11 @@ fn every_majorant_gives_the_same_picture() {
     // Tighter majorants save lookups.
     assert!(lookups[1] < lookups[2] && lookups[2] < lookups[3], "{lookups:?}");
     assert!(lookups.iter().all(|&n| n < reference.counters.lookups), "{lookups:?} {:?}", reference.counters);
-    let low =
-        plant("majorant/grid", "bitcast<f32>(word & ~GRID_LEVEL_BITS)", "0.5 * bitcast<f32>(word & ~GRID_LEVEL_BITS)");
+    let low = plant(
+        "majorant/grid",
+        "bitcast<f32>(words.x & ~GRID_LEVEL_BITS)",
+        "0.5 * bitcast<f32>(words.x & ~GRID_LEVEL_BITS)",
+    );
     let wrong = shot(&low.source, (MajorantKind::Grid, Auto::Is(1)), 9);
     one_sees("half the majorant", &same("global and a wrong grid", &reference, &wrong));
 }

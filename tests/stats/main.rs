@@ -13,6 +13,7 @@ mod phase;
 mod probe;
 mod rng;
 mod tone_map;
+mod tracking;
 
 use support::statistics::{Check, all_hold, one_sees};
 

@@ -167,7 +167,8 @@ fn wrong_walks_are_seen() {
     };
     let uniform = Auto::Is(4);
     // A majorant that is a tenth too low, one of the neighbour, one that is held too long, a level that is not read.
-    let f = faults(uniform, "bitcast<f32>(word & ~GRID_LEVEL_BITS)", "0.9 * bitcast<f32>(word & ~GRID_LEVEL_BITS)");
+    let f =
+        faults(uniform, "bitcast<f32>(words.x & ~GRID_LEVEL_BITS)", "0.9 * bitcast<f32>(words.x & ~GRID_LEVEL_BITS)");
     assert!(f.above > 100 && f.above_cpu > 100, "{} {}", f.above, f.above_cpu);
     let f = faults(uniform, "floor(p * params.inv_cell)", "floor(p * params.inv_cell + 0.5)");
     assert!(f.above > 100, "{}", f.above);

@@ -10,6 +10,7 @@ use nephele::render::lights::{LightData, Lights};
 use nephele::render::medium::Medium;
 use nephele::render::params::{Params, Slice};
 use nephele::render::pipeline::{self, Layouts};
+use nephele::render::tracking;
 use nephele::scene::Scene;
 use wgpu::util::DeviceExt;
 
@@ -35,6 +36,7 @@ impl Probe {
         let lights = Lights::of(scene, &data, &medium.field, medium.unit, None);
         let params = Params::of(scene, &medium, &lights, 64, 64);
         let variant = medium.variant(lights.variant(Variant::default())).slot("phase", phase_file(scene));
+        let variant = tracking::variant(scene, medium.is_analytic(), variant);
         Probe { gpu: gpu.clone(), medium, lights, params, variant }
     }
 

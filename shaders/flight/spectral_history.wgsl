@@ -1,0 +1,6 @@
+// Slot @flight: spectral tracking, events chosen by what the path would carry after them (Kutz et al. 2017).
+//!use flight/weighted
+
+fn flight_measure(weight: Spectrum, event: Spectrum) -> f32 {
+    return spectrum_mean(abs(weight * event));
+}

@@ -1,0 +1,18 @@
+// Slot @transmittance: the delta indicator: 1 where delta tracking gets through, 0 where it collides. The channels share
+// their collisions.
+//!use transmittance/product
+//!use transmittance/collide
+
+// Rate of tentative collisions over `params.sigma`.
+fn transmittance_rate(segment: Segment) -> f32 {
+    return segment.bound;
+}
+
+// A stretch of the segment, of length · sigma.
+fn transmittance_pass(t: ptr<function, Transmittance>, segment: Segment, stretch: f32) {
+}
+
+// A tentative collision at a density; u is uniform in [0, 1).
+fn transmittance_event(t: ptr<function, Transmittance>, segment: Segment, u: f32, density: f32) {
+    *t = select(*t, Spectrum(0.0), Spectrum(u * segment.bound) < spectrum_extinction() * density);
+}
