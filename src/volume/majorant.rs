@@ -349,12 +349,12 @@ pub fn level_sigma(sigma: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use glam::DMat4;
 
     /// A field with empty parts, steep edges and odd sizes.
-    fn field(store: impl Fn(f32) -> f32 + Sync) -> Padded {
+    pub fn field(store: impl Fn(f32) -> f32 + Sync) -> Padded {
         let size = UVec3::new(21, 13, 34);
         let data = (0..size.x * size.y * size.z)
             .map(|i| {
@@ -366,7 +366,7 @@ mod tests {
     }
 
     /// Every texel's centre, where interpolation meets its extremes, and many points between.
-    fn points(field: &Padded) -> impl Iterator<Item = [f64; 3]> {
+    pub fn points(field: &Padded) -> impl Iterator<Item = [f64; 3]> {
         let size = field.size;
         // The last centres lie on the far faces of the last cells.
         let centres = (0..(size.x - 1) * (size.y - 1) * (size.z - 1)).map(move |i| {
@@ -381,7 +381,7 @@ mod tests {
     }
 
     /// The cell that holds a point of the support.
-    fn cell_of(p: [f64; 3], side: u32) -> [u32; 3] {
+    pub fn cell_of(p: [f64; 3], side: u32) -> [u32; 3] {
         p.map(|x| ((x - 0.5) / f64::from(side)) as u32)
     }
 
@@ -407,6 +407,59 @@ mod tests {
             for sigma in [0.01, 1.0, 100.0] {
                 assert_eq!(violations(&field, &Words::levels(&field, sigma, None)), 0, "sigma {sigma}");
             }
+        }
+    }
+
+    /// Points where control and residual bound of their cell do not hold; of a minimum also those below the control.
+    pub fn broken_controls(field: &Padded, words: &Words, control: Control) -> usize {
+        let half = |bits: u32| f64::from(half::f16::from_bits(bits as u16));
+        points(field)
+            .filter(|p| {
+                let c = cell_of(*p, words.side);
+                let cell = (c[0] + words.cells.x * (c[1] + words.cells.y * c[2])) as usize * words.channels as usize;
+                let held = words.words[cell + words.channels as usize / 2];
+                let (level, residual) = (half(held), half(held >> 16));
+                let density = field.trilinear(*p);
+                let below = control == Control::Min && density < level;
+                below || (density - level).abs() > residual
+            })
+            .count()
+    }
+
+    #[test]
+    fn controls_and_residual_bounds_hold_as_they_decode() {
+        let half = |x: f32| half::f16::from_f32(x).to_f32();
+        for field in [field(|x| x), field(half)] {
+            for control in [Control::Min, Control::Mean] {
+                for words in [
+                    Words::uniform(&field, 3, Some(control)),
+                    Words::global(&field, Some(control)),
+                    Words::levels(&field, 1.0, Some(control)),
+                    Words::octree(&field, 1.0, Some(control)),
+                    Words::kd_tree(&field, 1.0, Some(control)),
+                ] {
+                    assert_eq!(broken_controls(&field, &words, control), 0, "{control:?}, cells {}", words.cells);
+                }
+            }
+        }
+        // To the nearest 16-bit float, some controls lie above their minimum and some residuals below.
+        let field = self::field(|x| x);
+        let mut near = Words::uniform(&field, 3, Some(Control::Min));
+        let bounds = Bounds::new(&field, 3);
+        for (i, pair) in near.words.chunks_exact_mut(2).enumerate() {
+            let c = half::f16::from_f32(bounds.min[i]);
+            let r = half::f16::from_f32(bounds.max[i] - c.to_f32());
+            pair[1] = u32::from(c.to_bits()) | u32::from(r.to_bits()) << 16;
+        }
+        assert!(broken_controls(&field, &near, Control::Min) > 0);
+    }
+
+    #[test]
+    fn sixteen_bit_floats_round_down() {
+        for x in [0.0, 1e-9, 0.1, 0.333_333, 1.0, -0.1, -1e-9, -0.333_333, -1.0f32] {
+            let down = f16_below(x);
+            let up = half::f16::from_bits(if down.to_f32() < 0.0 { down.to_bits() - 1 } else { down.to_bits() + 1 });
+            assert!(down.to_f32() <= x && (x < up.to_f32() || down.to_f32() == x), "{x}: {down} {up}");
         }
     }
 

@@ -146,3 +146,70 @@ impl Builder<'_> {
         self.split(start, high, leaves);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::majorant::tests::{cell_of, field, points};
+    use super::*;
+
+    /// The leaf that a finest cell names: lowest and highest finest cell, and its majorant.
+    fn leaf(words: &Words, c: UVec3) -> (UVec3, UVec3, f32) {
+        let i = 4 * (c.x + words.cells.x * (c.y + words.cells.y * c.z)) as usize;
+        let part = |k: u32| words.words[i + 1] >> (SPAN_BITS * k) & (MOST_SPAN - 1);
+        let low = c - UVec3::new(part(0), part(1), part(2));
+        (low, low + UVec3::new(part(3), part(4), part(5)) + 1, f32::from_bits(words.words[i]))
+    }
+
+    #[test]
+    fn leaves_tile_the_field_and_bound_it() {
+        let field = field(|x| x);
+        for sigma in [0.01, 1.0, 100.0] {
+            let words = Words::kd_tree(&field, sigma, None);
+            let mut volume = 0.0;
+            for c in cells(UVec3::ZERO, words.cells) {
+                let (low, high, _) = leaf(&words, c);
+                assert!(c.cmpge(low).all() && c.cmplt(high).all() && high.cmple(words.cells).all(), "{c} {low} {high}");
+                // All cells of a leaf name it.
+                assert!(cells(low, high).all(|d| leaf(&words, d) == leaf(&words, c)), "{low} {high}");
+                volume += 1.0 / (high - low).as_dvec3().element_product();
+            }
+            // One per leaf.
+            assert!(volume >= 1.0 && (volume - f64::round(volume)).abs() < 1e-6, "{volume} leaves");
+            let above = points(&field)
+                .filter(|p| field.trilinear(*p) > f64::from(leaf(&words, UVec3::from(cell_of(*p, words.side))).2))
+                .count();
+            assert_eq!(above, 0, "sigma {sigma}");
+        }
+    }
+
+    #[test]
+    fn trees_are_finer_where_it_is_dense() {
+        let field = field(|x| x);
+        let leaves = |sigma| {
+            let words = Words::kd_tree(&field, sigma, None);
+            let parts = cells(UVec3::ZERO, words.cells).map(|c| {
+                let (low, high, _) = leaf(&words, c);
+                1.0 / (high - low).as_dvec3().element_product()
+            });
+            parts.sum::<f64>()
+        };
+        // Longer than a leaf may be, so two.
+        assert!(leaves(0.001) < 2.5, "few leaves are enough in a thin medium: {}", leaves(0.001));
+        assert!(leaves(100.0) > 20.0, "{}", leaves(100.0));
+        let levels = |sigma| Words::octree(&field, sigma, None).words.iter().map(|w| w & 15).max();
+        assert!(levels(0.001) > levels(100.0));
+    }
+
+    #[test]
+    fn octree_nodes_are_leaves_as_a_whole() {
+        let field = field(|x| x);
+        let words = Words::octree(&field, 0.2, None);
+        for c in cells(UVec3::ZERO, words.cells) {
+            let at = |c: UVec3| words.words[(c.x + words.cells.x * (c.y + words.cells.y * c.z)) as usize];
+            let level = UVec3::splat(at(c) & 15);
+            let low = (c >> level) << level;
+            let high = (low + (UVec3::ONE << level)).min(words.cells);
+            assert!(cells(low, high).all(|d| at(d) == at(c)), "{c}");
+        }
+    }
+}

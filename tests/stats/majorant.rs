@@ -134,7 +134,9 @@ fn scenes() -> Vec<Scene> {
     }
     all.push(scene(MajorantKind::Grid, Auto::Is(2), 1.0, Precision::U8));
     for density in [0.01, 1.0, 100.0] {
-        all.push(scene(MajorantKind::Grid, Auto::Auto, density, Precision::F16));
+        for kind in [MajorantKind::Grid, MajorantKind::KdTree, MajorantKind::Hierarchy] {
+            all.push(scene(kind, Auto::Auto, density, Precision::F16));
+        }
     }
     all
 }
@@ -178,6 +180,16 @@ fn wrong_walks_are_seen() {
     assert!(f.above + f.unfinished + f.gaps > 100);
     let f = faults(Auto::Auto, "f32(1u << level)", "f32(2u << level)");
     assert!(f.above + f.unfinished > 100, "{} {}", f.above, f.unfinished);
+    // Leaves of a kd-tree that begin a cell early, that end a cell late, of axes that are mixed up.
+    let tree = |from: &str, to: &str| {
+        let planted = plant("majorant/tree", from, to);
+        let scene = scene(MajorantKind::KdTree, Auto::Auto, 30.0, Precision::F16);
+        let f = walk(&a, &planted.source, &scene, placements()[1], false);
+        assert!(f.above + f.unfinished + f.gaps > 100, "{to}: {} {} {}", f.above, f.unfinished, f.gaps);
+    };
+    tree("vec3f(c - before)", "vec3f(c - before - 1)");
+    tree("& vec3u(TREE_SPAN)) + 1;", "& vec3u(TREE_SPAN)) + 2;");
+    tree("vec3u(0u, TREE_SPAN_BITS, 2u * TREE_SPAN_BITS)", "vec3u(2u * TREE_SPAN_BITS, TREE_SPAN_BITS, 0u)");
     // The last layers of cells are never looked at.
     let f = faults(Auto::Is(3), "vec3i(0), params.last_cell)", "vec3i(0), params.last_cell - 1)");
     assert!(f.above + f.unfinished > 100, "{} {}", f.above, f.unfinished);

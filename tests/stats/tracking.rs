@@ -2,6 +2,7 @@
 //! lookups, in grey and coloured media. Each estimator is also shown planted errors (tracking.md §4.3).
 
 use glam::{DMat4, DVec3};
+use nephele::render::field::Field;
 use nephele::render::params::Slice;
 use nephele::scene::value::{Auto, Colour};
 use nephele::scene::{Control, FreeFlight, MajorantKind, Precision, Scene, Transmittance};
@@ -13,6 +14,7 @@ use super::support::statistics::{mean, normal};
 use super::support::{Adapter, Dice, adapter, field_of, random_dense};
 use super::*;
 
+mod analytic;
 mod planted;
 
 /// Rays of every case.
@@ -79,21 +81,28 @@ struct Case {
 }
 
 impl Case {
+    /// A case in voxels that lie askew in the world.
     fn new(a: &Adapter, scene: &Scene, dense: Dense) -> Case {
         let to_world = DMat4::from_rotation_x(0.4) * DMat4::from_scale(DVec3::new(1.0, 0.8, -1.2));
         let padded = Padded::new(&dense, |x| x);
-        let mut probe = Probe::with_field(&a.gpu, scene, field_of(dense, to_world, false));
-        probe.params.seed = 9;
-        let (low, high) = probe.medium.field.local_box();
-        let to_local = glam::DMat3::from_mat4(probe.medium.field.local_from_world()) * probe.medium.unit;
-        let sigma = probe.medium.sigma(scene);
-        let strongest = scene.medium.extinction.0.into_iter().fold(0.0, f64::max);
         let words = (scene.tracking.majorant == MajorantKind::Global)
             .then(|| Words::global(&padded, Some(scene.tracking.control)))
             .or_else(|| match scene.tracking.cell {
                 Auto::Is(side) => Some(Words::uniform(&padded, side, Some(scene.tracking.control))),
                 Auto::Auto => None,
             });
+        Case::of(a, scene, field_of(dense, to_world, false), &|p| padded.trilinear(p.to_array()), words)
+    }
+
+    /// A case in a field whose stored density at points in local space is `density`; `words` are its bounds where they
+    /// are known.
+    fn of(a: &Adapter, scene: &Scene, field: Field, density: &dyn Fn(DVec3) -> f64, words: Option<Words>) -> Case {
+        let mut probe = Probe::with_field(&a.gpu, scene, field);
+        probe.params.seed = 9;
+        let (low, high) = probe.medium.field.local_box();
+        let to_local = glam::DMat3::from_mat4(probe.medium.field.local_from_world()) * probe.medium.unit;
+        let sigma = probe.medium.sigma(scene);
+        let strongest = scene.medium.extinction.0.into_iter().fold(0.0, f64::max);
         let mut dice = Dice::new(77);
         let mut inputs = Vec::new();
         let mut truth = Vec::new();
@@ -112,7 +121,7 @@ impl Case {
             for i in 0..STEPS {
                 let s = (i as f64 + 0.5) * step;
                 let p = origin + local * (near + s);
-                let density = padded.trilinear(p.to_array());
+                let density = density(p);
                 let middle = depth + 0.5 * sigma * density * step;
                 for c in 0..3 {
                     let k = scene.medium.extinction.0[c] / strongest;
@@ -196,13 +205,16 @@ fn close(name: String, measured: f64, truth: f64) -> Check {
 }
 
 fn transmittance_checks(a: &Adapter, source: &Source, scene: &Scene, samples: u32) -> Vec<Check> {
-    let case = Case::new(a, scene, haze());
+    transmittance_of(&Case::new(a, scene, haze()), source, scene, samples)
+}
+
+fn transmittance_of(case: &Case, source: &Source, scene: &Scene, samples: u32) -> Vec<Check> {
     let values = case.run(source, "transmittance", 4, samples);
     let mut checks = Vec::new();
     let t = &scene.tracking;
     let name = format!("{:?} {:?} {:?} {:?}", t.transmittance, t.majorant, t.cell, t.control);
     for c in 0..3 {
-        checks.extend(means(&format!("{name}, channel {c}"), &case, &values, samples, (0, c), |t| t.escape[c]));
+        checks.extend(means(&format!("{name}, channel {c}"), case, &values, samples, (0, c), |t| t.escape[c]));
     }
     let total = |place: (usize, usize)| values.iter().flatten().map(|s| s[place.0][place.1]).sum::<f64>();
     let n = f64::from(samples) * STREAMS as f64;
@@ -241,16 +253,19 @@ fn transmittance_checks(a: &Adapter, source: &Source, scene: &Scene, samples: u3
 }
 
 fn flight_checks(a: &Adapter, source: &Source, scene: &Scene, samples: u32) -> Vec<Check> {
-    let case = Case::new(a, scene, haze());
+    flights_of(&Case::new(a, scene, haze()), source, scene, samples)
+}
+
+fn flights_of(case: &Case, source: &Source, scene: &Scene, samples: u32) -> Vec<Check> {
     let values = case.run(source, "flight", 6, samples);
     let mut checks = Vec::new();
     let t = &scene.tracking;
     let name = format!("{:?} {:?} {:?} {:?}", t.free_flight, t.majorant, t.cell, t.control);
     for c in 0..3 {
         let of = format!("{name}, channel {c}");
-        checks.extend(means(&format!("{of}, escape"), &case, &values, samples, (0, c), |t| t.escape[c]));
-        checks.extend(means(&format!("{of}, collision"), &case, &values, samples, (2, c), |t| 1.0 - t.escape[c]));
-        checks.extend(means(&format!("{of}, moment"), &case, &values, samples, (4, c), |t| t.moment[c]));
+        checks.extend(means(&format!("{of}, escape"), case, &values, samples, (0, c), |t| t.escape[c]));
+        checks.extend(means(&format!("{of}, collision"), case, &values, samples, (2, c), |t| 1.0 - t.escape[c]));
+        checks.extend(means(&format!("{of}, moment"), case, &values, samples, (4, c), |t| t.moment[c]));
     }
     if t.majorant_factor >= 1.0 {
         let above: f64 = values.iter().flatten().map(|s| s[3][3]).sum();
