@@ -11,7 +11,7 @@ use nephele::volume::majorant::{Padded, Words};
 
 use super::probe::Probe;
 use super::support::statistics::{mean, normal};
-use super::support::{Adapter, Dice, adapter, field_of, random_dense};
+use super::support::{Adapter, Dice, adapter, field_of, plant, random_dense};
 use super::*;
 
 mod analytic;
@@ -417,4 +417,29 @@ fn marching_is_biased_as_theory_says() {
         assert!(jackknife.abs() < 0.3 * found + 4.0 * jackknife_error, "jackknife {jackknife} against {found}");
         before = found;
     }
+}
+
+/// Mean relative errors of escape and moment of marched flights, over all rays.
+fn marched(a: &Adapter, source: &Source, step: f64) -> (f64, f64) {
+    let mut scene = scene(FreeFlight::RayMarching, Transmittance::Ratio, BOUNDS[2], GREY);
+    scene.tracking.step = step;
+    let case = Case::new(a, &scene, haze());
+    let values = case.run(source, "flight", 6, 4 * SAMPLES);
+    let n = f64::from(4 * SAMPLES) * STREAMS as f64;
+    let total = |k: usize| values.iter().flatten().map(|s| s[k][0]).sum::<f64>() / n;
+    let truth = |f: &dyn Fn(&Truth) -> f64| case.truth.iter().map(f).sum::<f64>();
+    (total(0) / truth(&|t| t.escape[0]) - 1.0, total(4) / truth(&|t| t.moment[0]) - 1.0)
+}
+
+#[test]
+fn marched_flights_end_inside_their_step() {
+    let Some(a) = adapter() else { return };
+    let (escape, moment) = marched(&a, &standard(), 0.25);
+    assert!(escape.abs() < 0.01 && moment.abs() < 0.005, "{escape} {moment}");
+    let edges = plant("flight/ray_marching", "return start + passed / density;", "return start + step;");
+    let (_, moment) = marched(&a, &edges.source, 0.25);
+    assert!(moment.abs() > 0.02, "{moment}");
+    let near = plant("flight/ray_marching", "start + rng_next(rng) * step", "start");
+    let (escape, moment) = marched(&a, &near.source, 1.0);
+    assert!(escape.abs() > 0.02 || moment.abs() > 0.02, "{escape} {moment}");
 }

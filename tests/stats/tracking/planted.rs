@@ -4,7 +4,7 @@ use nephele::scene::{Control, FreeFlight, Scene, Transmittance};
 
 use super::super::support::statistics::one_sees;
 use super::super::support::{Adapter, adapter, plant};
-use super::{BOUNDS, Bound, RGB, SAMPLES, flight_checks, scene, transmittance_checks};
+use super::{BOUNDS, Bound, GREY, RGB, SAMPLES, flight_checks, scene, transmittance_checks};
 
 /// A planted error: what it is, the estimator and bounds that it is for, the majorant factor; file, line, and what comes
 /// instead.
@@ -31,7 +31,7 @@ fn wrong_transmittances_are_seen() {
     let at = "density = medium_density(ray_at(*ray, t));";
     let middle = "density = medium_density(ray_at(*ray, 0.5 * ((*ray).t + far)));";
     let mean = (grid.0, grid.1, Control::Mean);
-    let plants: [Planted<T>; 22] = [
+    let plants: [Planted<T>; 26] = [
         ("depth not used up at a cell's edge", T::Ratio, grid, 1.0, ("track/step", "*depth -= available;", "")),
         ("density at the middle of the cell", T::Ratio, grid, 1.0, ("track/step", at, middle)),
         (
@@ -174,6 +174,38 @@ fn wrong_transmittances_are_seen() {
             1.0,
             ("majorant/tree", "vec3f(c - before)", "vec3f(c - before + 1)"),
         ),
+        (
+            "rate of the majorant for the residual",
+            T::ResidualRatio,
+            grid,
+            1.0,
+            ("transmittance/residual_ratio", "return segment.residual;", "return segment.bound;"),
+        ),
+        (
+            "marches that share their shift",
+            T::UnbiasedRayMarching,
+            BOUNDS[0],
+            1.0,
+            (
+                "transmittance/unbiased_ray_marching",
+                "march_comb(ray, far, taps, rng_next(rng))",
+                "march_comb(ray, far, taps, 0.3)",
+            ),
+        ),
+        (
+            "the coarse march left out of the difference",
+            T::Telescoping,
+            BOUNDS[0],
+            1.0,
+            ("transmittance/telescoping", "coarse += (all", "coarse = (all"),
+        ),
+        (
+            "density at a cell's near end",
+            T::Regular,
+            grid,
+            1.0,
+            ("medium/dual", "return 0.5 * (b - a) * (near + far);", "return (b - a) * medium_density(ray_at(ray, a));"),
+        ),
     ];
     for (what, estimator, bound, factor, edit) in plants {
         planted(&a, what, &case(estimator, bound, RGB, factor), 2 * SAMPLES, edit);
@@ -187,7 +219,7 @@ fn wrong_flights_are_seen() {
     let grid = BOUNDS[1];
     let mean = (grid.0, grid.1, Control::Mean);
     let signed = "*flight *= scale * select(second / (1.0 - chance), first / chance, is_first);";
-    let plants: [Planted<F>; 16] = [
+    let plants: [Planted<F>; 18] = [
         (
             "majorant does not bound",
             F::Delta,
@@ -328,10 +360,41 @@ fn wrong_flights_are_seen() {
                 "return mix(a, b, 0.1 + 0.9 * depth / dual_depth(ray, a, b));",
             ),
         ),
+        (
+            "collisions beyond the cell's edge",
+            F::Delta,
+            grid,
+            1.0,
+            (
+                "track/step",
+                "let collides = available > *depth;",
+                "let collides = available > *depth || (segment.bound > 0.0 && far < (*ray).exit);",
+            ),
+        ),
+        (
+            "rate of the majorant less the control",
+            F::Decomposition,
+            grid,
+            1.0,
+            (
+                "flight/decomposition",
+                "return segment.bound * flight.rate;",
+                "return (segment.bound - 0.5 * segment.control) * flight.rate;",
+            ),
+        ),
     ];
     for (what, flight, bound, factor, edit) in plants {
         let mut scene = scene(flight, Transmittance::Regular, bound, RGB);
         scene.tracking.majorant_factor = factor;
         planted(&a, what, &scene, 2 * SAMPLES, edit);
     }
+    // With coloured extinction this would be another choice of the events, and right.
+    let mut scene = scene(F::WeightedDelta, Transmittance::Regular, grid, GREY);
+    scene.tracking.majorant_factor = 0.7;
+    let edit = (
+        "flight/spectral_history",
+        "spectrum_mean(abs(weight * event))",
+        "spectrum_mean(max(weight * event, Spectrum(0.0)))",
+    );
+    planted(&a, "null collisions below 0 never drawn", &scene, 2 * SAMPLES, edit);
 }
