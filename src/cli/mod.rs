@@ -145,7 +145,7 @@ pub fn main(start: Instant) -> ExitCode {
     }
 }
 
-/// One message for a command line that does not fit, as for every other error.
+/// One message for a command line that does not fit, as for every other error; on stdout too where JSON was asked for.
 fn usage_error(e: &clap::Error) -> ExitCode {
     let text = e.to_string();
     let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
@@ -154,6 +154,9 @@ fn usage_error(e: &clap::Error) -> ExitCode {
         lines.filter(|l| l.starts_with("tip:") || l.starts_with('<') || l.starts_with('-')).collect();
     let error = Error::new(Code::BadKey, what).why(hints.join(" ")).hint("`nephele --help` lists commands and flags.");
     eprintln!("{error}");
+    if std::env::args().any(|a| a == "--json") {
+        println!("{}", serde_json::json!({ "error": error.to_json() }));
+    }
     ExitCode::from(error.code.exit())
 }
 

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Component, Path, PathBuf};
 
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::animation::Track;
@@ -72,50 +73,58 @@ impl Scene {
 
     /// What no single row can check; an error in words.
     pub fn check(&self) -> std::result::Result<(), String> {
+        self.find_fault().map_or(Ok(()), |(_, why)| Err(why))
+    }
+
+    /// The first fault that no single row can see: the path of the section or key where it stands, and the error.
+    fn find_fault(&self) -> Option<(Vec<String>, String)> {
         use super::{Analytic, Procedural};
+        let fault = |path: &str, why: &str| Some((path.split('.').map(str::to_owned).collect(), why.to_owned()));
         let sources = [
             !self.volume.file.0.is_empty(),
             self.volume.procedural != Procedural::None,
             self.volume.analytic != Analytic::None,
         ];
         if sources.iter().filter(|&&named| named).count() > 1 {
-            return Err("a volume takes at most one of file, procedural and analytic.".into());
+            return fault("volume", "a volume takes at most one of file, procedural and analytic.");
         }
         let linear = glam::DMat3::from_mat4(self.volume.to_world.to_mat());
         let last_row = &self.volume.to_world.0[12..];
         if last_row != [0.0, 0.0, 0.0, 1.0] || !linear.determinant().is_normal() {
-            return Err("volume.to_world is no invertible affine map (its last row must be 0, 0, 0, 1).".into());
+            let why = "volume.to_world is no invertible affine map (its last row must be 0, 0, 0, 1).";
+            return fault("volume.to_world", why);
         }
         let [low, high] = self.volume.bounds.0;
         if !low.cmplt(high).all() {
-            return Err("volume.bounds: each lower side must lie below the upper one.".into());
+            return fault("volume.bounds", "volume.bounds: each lower side must lie below the upper one.");
         }
         let axis = self.volume.axis as usize;
-        let wanted = match self.volume.analytic {
+        let fits = match self.volume.analytic {
             Analytic::Linear => low[axis].is_finite() && high[axis].is_finite(),
             Analytic::Exponential => low[axis].is_finite(),
             Analytic::None | Analytic::Homogeneous => true,
         };
-        if !wanted {
-            return Err(
-                "volume.bounds: along volume.axis a formula needs a finite lower side, a linear one both.".into()
-            );
+        if !fits {
+            let why = "volume.bounds: along volume.axis a formula needs a finite lower side, a linear one both.";
+            return fault("volume.bounds", why);
         }
-        self.tracking.check(self.volume.analytic != Analytic::None)?;
-        for light in &self.lights {
+        if let Err(why) = self.tracking.check(self.volume.analytic != Analytic::None) {
+            return fault("tracking", &why);
+        }
+        for (i, light) in self.lights.iter().enumerate() {
             if let Light::Sun(sun) = light
                 && sun.direction == glam::DVec3::ZERO
             {
-                return Err("a sun's direction may not be the zero vector.".into());
+                return fault(&format!("lights.{i}.direction"), "a sun's direction may not be the zero vector.");
             }
         }
         if self.camera.up == glam::DVec3::ZERO {
-            return Err("camera.up may not be the zero vector.".into());
+            return fault("camera.up", "camera.up may not be the zero vector.");
         }
-        for (i, track) in self.animation.iter().enumerate() {
-            track.check(self).map_err(|why| format!("animation {i}: {why}"))?;
-        }
-        Ok(())
+        self.animation.iter().enumerate().find_map(|(i, track)| {
+            let why = track.check(self).err()?;
+            fault(&format!("animation.{i}"), &format!("animation {i}: {why}"))
+        })
     }
 
     /// Reads a scene; `name` is its file for messages, relative paths start at `folder`.
@@ -210,6 +219,26 @@ fn nearest(key: &str, keys: impl Iterator<Item = (String, String)>) -> String {
     best.map_or(String::new(), |(_, name, range)| format!(" Did you mean \"{name}\" ({range})?"))
 }
 
+/// Where the last part of `path` stands that the file has; the start of the file where it has none.
+fn place(table: &Spanned<DeTable>, path: &[String]) -> usize {
+    let mut at = 0;
+    let mut value: Option<&DeValue> = None;
+    for (depth, part) in path.iter().enumerate() {
+        let next = match value {
+            None if depth == 0 => table.get_ref().get_key_value(part.as_str()).map(|(k, v)| (k.span().start, v)),
+            Some(DeValue::Table(t)) => t.get_key_value(part.as_str()).map(|(k, v)| (k.span().start, v)),
+            Some(DeValue::Array(list)) => {
+                part.parse().ok().and_then(|i: usize| list.get(i)).map(|v| (v.span().start, v))
+            }
+            _ => None,
+        };
+        let Some((start, found)) = next else { break };
+        at = start;
+        value = Some(found.get_ref());
+    }
+    at
+}
+
 /// Reads one scene file.
 struct Reader<'a> {
     text: &'a str,
@@ -261,8 +290,10 @@ impl Reader<'_> {
                 }
             }
         }
-        scene.check().map_err(|why| self.error(0, why))?;
-        Ok(scene)
+        match scene.find_fault() {
+            None => Ok(scene),
+            Some((path, why)) => Err(self.error(place(&table, &path), why)),
+        }
     }
 
     fn fill(&self, section: &mut dyn Section, title: &str, table: &DeTable, skip: &[&str]) -> Result<()> {
@@ -376,7 +407,15 @@ mod tests {
         assert!(parse("[film]\nwidth = 0").is_err() && parse("[camera]\nposition = [1, 2]").is_err());
         assert!(parse("[camera]\nposition = [1, 2, nan]").is_err());
         assert!(parse("version = 2").is_err() && parse("medium = 3").is_err() && parse("x = = 1").is_err());
-        assert!(parse("[volume]\nfile = \"a\"\nanalytic = \"homogeneous\"").is_err());
+        let at = |text: &str, place: &str| {
+            let e = parse(text).expect_err("does not fit").to_string();
+            assert!(e.contains(place), "{place} expected: {e}");
+        };
+        at("[film]\nwidth = 9\n[volume]\nfile = \"a\"\nanalytic = \"homogeneous\"", "s.toml:3");
+        at("[volume]\nfilter = \"nearest\"\nbounds = [[1,1,1],[0,2,2]]", "s.toml:3");
+        at("[medium]\ng = 0\n[tracking]\nfree_flight = \"closed-form\"", "s.toml:3");
+        at("[[lights]]\nkind = \"constant\"\n[[lights]]\nkind = \"sun\"\ndirection = [0,0,0]", "s.toml:5");
+        at("[medium]\ng = 0\n[[animation]]\nkey = \"medium.h\"\nframes = [0]\nvalues = [1]", "s.toml:3");
     }
 
     #[test]

@@ -190,6 +190,9 @@ fn compare_finds_too_much_is_5() {
     let relmse = (1.0f64 - 1.1).powi(2) / (1.1f64.powi(2) + 0.01);
     assert!((json["relmse"].as_f64().expect("a number") / relmse - 1.0).abs() < 1e-5, "{json}");
     assert!((json["mape"].as_f64().expect("a number") / (0.1 / 1.11) - 1.0).abs() < 1e-5, "{json}");
+    // A command line that does not fit says so in JSON too.
+    let unfit = folder.run(&["doctor", "--json", "--self-tset"]);
+    assert_eq!(unfit.json()["error"]["code"], "bad_key", "{}", unfit.out);
     let broken = folder.run(&["compare", "a.pfm", "lost.pfm", "--json"]);
     assert_eq!(broken.code, 3);
     assert_eq!(broken.json()["error"]["code"], "not_found", "{}", broken.out);
