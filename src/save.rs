@@ -7,10 +7,11 @@ use serde_json::{Value, json};
 
 use crate::error::Result;
 use crate::image::Image;
-use crate::image::tone::Display;
+use crate::image::tone::{Display, ToneMap};
 use crate::io::picture::{self, Metadata};
 use crate::render::Renderer;
 use crate::render::film::Sums;
+use crate::render::heat;
 use crate::scene::Scene;
 
 /// The statistics that a picture has wherever it was made; `samples` of each pixel.
@@ -35,12 +36,41 @@ pub fn stats(renderer: &Renderer, sums: &Sums, samples: u64) -> Value {
         },
         "cell": medium.cell,
         "density_scale": medium.density_scale(scene),
-        "biased": false,
+        "majorant_seconds": medium.majorant_seconds,
+        "biased": scene.tracking.bias().is_some(),
+        "bias": scene.tracking.bias(),
     })
+}
+
+/// Writes what a scene's overlay shows of a picture as that picture: a PNG, which is for the screen; notes its scale in
+/// `stats`. False, and nothing is written, where no overlay is on or the file has another ending.
+pub fn overlay(path: &Path, sums: &Sums, scene: &Scene, stats: &mut Value) -> Result<bool> {
+    let overlay = scene.display.overlay;
+    if picture::Format::of_path(path)? != picture::Format::Png {
+        return Ok(false);
+    }
+    let (Some(look), Some((image, range))) = (heat::look(overlay), heat::image(sums, overlay)) else {
+        return Ok(false);
+    };
+    stats["overlay"] = json!({
+        "name": overlay.name(),
+        "shows": look.name,
+        "low": range.low,
+        "median": range.median,
+        "high": range.high,
+        "logarithmic": look.log,
+    });
+    // Its colours are what the screen shall show.
+    write(path, &image, scene, stats, &Display { exposure: 0.0, tone_map: ToneMap::Linear })?;
+    Ok(true)
 }
 
 /// Writes a picture with its scene and statistics, whole or not at all; paths in the scene are relative to it.
 pub fn picture(path: &Path, image: &Image, scene: &Scene, stats: &Value) -> Result<()> {
+    write(path, image, scene, stats, &Display::of(&scene.display))
+}
+
+fn write(path: &Path, image: &Image, scene: &Scene, stats: &Value, display: &Display) -> Result<()> {
     let folder = std::path::absolute(path).ok().and_then(|p| p.parent().map(Path::to_path_buf)).unwrap_or_default();
     let meta = Metadata {
         scene_toml: scene.to_toml(&folder),
@@ -48,5 +78,5 @@ pub fn picture(path: &Path, image: &Image, scene: &Scene, stats: &Value) -> Resu
         software: format!("nephele {}", env!("CARGO_PKG_VERSION")),
         description: format!("{} samples per pixel, mode {}", stats["spp"], scene.integrator.mode.name()),
     };
-    picture::save(path, image, &meta, &Display::of(&scene.display))
+    picture::save(path, image, &meta, display)
 }

@@ -123,12 +123,13 @@ fn with_tracking(variant: Variant, medium: &'static str, flight: &'static str, t
 fn path_variants() -> Vec<Variant> {
     let mut all = Vec::new();
     let majorants = |medium: &str| if DENSE.contains(&medium) { &SLOTS[1].1[..2] } else { &SLOTS[1].1[2..] };
-    let base = |phase, spectrum, lens, aov| {
+    let base = |phase, spectrum, lens, layers| {
         Variant::default()
             .slot("phase", phase)
             .slot("spectrum", spectrum)
             .flag("CAMERA_LENS", lens)
-            .flag("FILM_AOV", aov)
+            .flag("FILM_AOV", layers)
+            .flag("FILM_COST", layers)
     };
     for &medium in SLOTS[0].1 {
         for &majorant in majorants(medium) {
@@ -165,6 +166,7 @@ fn any_variant() -> Variant {
     let variant = Variant::default()
         .flag("CAMERA_LENS", true)
         .flag("FILM_AOV", true)
+        .flag("FILM_COST", true)
         .slot("majorant", "majorant/grid")
         .slot("phase", "phase/two_lobe_hg")
         .slot("spectrum", "spectrum/colour");
@@ -243,6 +245,7 @@ fn tint_agrees() {
     let plain = with_lights(Variant::default(), [false; 6])
         .flag("CAMERA_LENS", false)
         .flag("FILM_AOV", false)
+        .flag("FILM_COST", false)
         .slot("majorant", "majorant/whole")
         .slot("phase", "phase/hg")
         .slot("spectrum", "spectrum/grey");

@@ -44,7 +44,7 @@ struct Params {
     tiles_x: u32,               // tiles of 8×8 pixels in a row
     tiles: u32,                 // tiles of the picture
     tile_stride: u32,           // coprime to `tiles`; spreads neighbouring workgroups over the picture
-    overlay: u32,               // what the view shows: 0 radiance, 1 noise, 2 samples
+    overlay: u32,               // what the view shows: the place in `Overlay` in src/scene/mod.rs
     exposure: f32,              // factor before the tone map
     tone_map: u32,
     inv_texels: vec3f,          // one over the texels of the density texture
@@ -54,9 +54,9 @@ struct Params {
     profile: vec3f,             // analytic media: gradient of the affine function behind the density, local space
     profile_offset: f32,        // its value at the origin
     step: f32,                  // step of ray marching, world units
-    unused0: u32,
-    unused1: u32,
-    unused2: u32,
+    overlay_low: f32,           // ends of the overlay's colours, as logarithms (base 2) where `overlay_log` is not 0
+    overlay_high: f32,
+    overlay_log: u32,
 }
 
 // The part of the work that one dispatch does.

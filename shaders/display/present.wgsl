@@ -10,10 +10,9 @@ struct PresentVertex {
     @location(0) uv: vec2f,
 }
 
-const PRESENT_NOISE: u32 = 1u;
-const PRESENT_SAMPLES: u32 = 2u;
-const PRESENT_NOISE_DECADES: f32 = 3.0;   // the noise overlay spans 0.1 % to 100 %
-const PRESENT_SAMPLES_TOP: f32 = 16.0;    // the samples overlay spans 1 to 2^16
+const PRESENT_NO_OVERLAY: u32 = 0u;
+const PRESENT_UNKNOWN: vec3f = vec3f(0.25);  // where the overlay knows nothing: a grey that its colours do not have
+const PRESENT_LEAST: f32 = 1e-9;             // smaller values have no logarithm here
 const PRESENT_FALSE_COLOUR: u32 = 4u;     // index of the false-colour tone map
 const PRESENT_STOPS: f32 = 8.0;           // its range to either side of middle grey
 const PRESENT_GREY: f32 = 0.18;
@@ -35,11 +34,10 @@ fn present_heat(share: f32) -> vec3f {
 fn present_fragment(in: PresentVertex) -> @location(0) vec4f {
     params = params_uniform;
     let value = textureSampleLevel(present_picture, present_sampler, in.uv, 0.0);
-    if (params.overlay == PRESENT_NOISE) {
-        return vec4f(present_heat(1.0 + log2(max(value.a, 1e-9)) / log2(10.0) / PRESENT_NOISE_DECADES), 1.0);
-    }
-    if (params.overlay == PRESENT_SAMPLES) {
-        return vec4f(present_heat(log2(max(value.a, 1.0)) / PRESENT_SAMPLES_TOP), 1.0);
+    if (params.overlay != PRESENT_NO_OVERLAY) {
+        let x = select(value.a, log2(max(value.a, PRESENT_LEAST)), params.overlay_log != 0u);
+        let heat = present_heat((x - params.overlay_low) / (params.overlay_high - params.overlay_low));
+        return vec4f(select(heat, PRESENT_UNKNOWN, value.a < 0.0), 1.0);
     }
     return vec4f(tone_map_apply(params.tone_map, value.rgb * params.exposure), 1.0);
 }

@@ -13,6 +13,9 @@ struct FilmPixel {
 @group(3) @binding(1) var<storage, read_write> film_square: array<vec4f>;
 @group(3) @binding(2) var<storage, read_write> film_aov: array<vec4f>;
 @group(3) @binding(3) var<storage, read_write> film_counters: array<atomic<u32>>;
+// What each pixel's paths did since counting began, two for each: lookups, segments, null collisions, real collisions;
+// shadow rays, violations, samples that were not finite, samples. The same events as the counters'.
+@group(3) @binding(4) var<storage, read_write> film_cost: array<vec4u>;
 
 // 64-bit counters of the whole picture, as pairs of words; the order is that of `Counters` in src/render/counters.rs.
 const FILM_LOOKUPS: u32 = 0u;

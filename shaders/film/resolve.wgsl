@@ -1,4 +1,5 @@
-// From sums to the picture that is shown: mean radiance in rgb, and what the overlay asks for in a.
+// From sums to the picture that is shown: mean radiance in rgb, and what the overlay asks for in a; negative where that is
+// not known. A few pixels of it are also kept by themselves, so that the range of the overlay costs a small readback.
 //!use core/params
 
 @group(1) @binding(0) var<storage, read> resolve_sum: array<vec4f>;
@@ -6,10 +7,44 @@
 @group(1) @binding(2) var<storage, read> resolve_sum_total: array<vec4f>;
 @group(1) @binding(3) var<storage, read> resolve_square_total: array<vec4f>;
 @group(1) @binding(4) var resolve_picture: texture_storage_2d<rgba16float, write>;
+@group(1) @binding(5) var<storage, read> resolve_cost: array<vec4u>;
+@group(1) @binding(6) var<storage, read_write> resolve_sparse: array<f32>;
 
+// Places in `Overlay` in src/scene/mod.rs.
 const RESOLVE_NOISE: u32 = 1u;
 const RESOLVE_SAMPLES: u32 = 2u;
+const RESOLVE_LOOKUPS: u32 = 3u;
+const RESOLVE_STEPS: u32 = 4u;
+const RESOLVE_NULL_SHARE: u32 = 5u;
+const RESOLVE_PATH_LENGTH: u32 = 6u;
+const RESOLVE_UNKNOWN: f32 = -1.0;
 const RESOLVE_MAX: f32 = 65000.0;  // the largest value that the 16-bit picture holds, about
+const RESOLVE_SPARSE: u32 = 64u;   // pixels along a side that are kept by themselves, at most
+
+// Per sample that was counted.
+fn resolve_counted(pixel: u32) -> f32 {
+    let near = resolve_cost[2u * pixel];
+    let far = resolve_cost[2u * pixel + 1u];
+    if (far.w == 0u) {
+        return RESOLVE_UNKNOWN;
+    }
+    let n = f32(far.w);
+    switch params.overlay {
+        case RESOLVE_LOOKUPS: {
+            return f32(near.x) / n;
+        }
+        case RESOLVE_STEPS: {
+            return f32(near.y) / n;
+        }
+        case RESOLVE_NULL_SHARE: {
+            let collisions = f32(near.z) + f32(near.w);
+            return select(RESOLVE_UNKNOWN, f32(near.z) / collisions, collisions > 0.0);
+        }
+        default: {
+            return f32(near.w) / n;
+        }
+    }
+}
 
 @compute @workgroup_size(8, 8)
 fn resolve_main(@builtin(global_invocation_id) id: vec3u) {
@@ -26,8 +61,19 @@ fn resolve_main(@builtin(global_invocation_id) id: vec3u) {
     if (params.overlay == RESOLVE_NOISE) {
         let variance = max(square.xyz / n - mean * mean, vec3f(0.0)) / max(n - 1.0, 1.0);
         extra = sqrt((variance.x + variance.y + variance.z) / 3.0) / max((mean.x + mean.y + mean.z) / 3.0, 1e-6);
+        extra = select(extra, RESOLVE_UNKNOWN, n < 2.0);
     } else if (params.overlay == RESOLVE_SAMPLES) {
         extra = square.w;
+    } else if (params.overlay >= RESOLVE_LOOKUPS && params.overlay <= RESOLVE_PATH_LENGTH) {
+        extra = resolve_counted(pixel);
     }
     textureStore(resolve_picture, id.xy, vec4f(min(mean, vec3f(RESOLVE_MAX)), min(extra, RESOLVE_MAX)));
+    // The first pixel of each of the blocks that the picture is cut into.
+    let size = vec2u(params.width, params.height);
+    let blocks = min(size, vec2u(RESOLVE_SPARSE));
+    let block = id.xy * blocks / size;
+    let before = (max(id.xy, vec2u(1u)) - 1u) * blocks / size;
+    if (all((id.xy == vec2u(0u)) | (before != block))) {
+        resolve_sparse[block.y * blocks.x + block.x] = extra;
+    }
 }

@@ -210,6 +210,10 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
         film_aov[2u * pixel] = aov_near;
         film_aov[2u * pixel + 1u] = aov_far;
     }
+    if (FILM_COST) {
+        film_cost[2u * pixel] += vec4u(count.lookups, count.steps, count.nulls, reals);
+        film_cost[2u * pixel + 1u] += vec4u(shadows, count.violations, nonfinite, next - slice.first_sample);
+    }
     film_count(FILM_LOOKUPS, count.lookups);
     film_count(FILM_NULLS, count.nulls);
     film_count(FILM_REALS, reals);

@@ -9,6 +9,7 @@ use super::widgets::Kind;
 use super::{App, capture, orbit};
 use crate::error::{Code, Error};
 use crate::gpu::shader::Source;
+use crate::render::Renderer;
 use crate::render::params::fit_distance;
 use crate::scene::value::Auto;
 use crate::scene::{Overlay, ToneMap};
@@ -62,13 +63,13 @@ impl App {
                 self.toasts.push(now, Kind::Ok, what, more, Vec::new());
             }
             Action::Open => self.browse = Some(String::new()),
-            Action::SaveScene => match capture::scene(&self.scene) {
+            Action::SaveScene => match self.as_shown_side(|app| capture::scene(&app.scene)) {
                 Ok(path) => self.saved(now, &path, "The scene as TOML"),
                 Err(e) => self.report(now, &e),
             },
-            Action::Capture => self.capture(now),
-            Action::Undo => self.history.undo(&mut self.scene),
-            Action::Redo => self.history.redo(&mut self.scene),
+            Action::Capture => self.as_shown_side(|app| app.capture(now)),
+            Action::Undo => self.history.undo(&mut self.scene, &mut self.lab.own),
+            Action::Redo => self.history.redo(&mut self.scene, &mut self.lab.own),
             Action::CameraBack => self.history.camera_back(&mut self.scene),
             Action::Reload => {
                 if let Some(engine) = &mut self.engine {
@@ -89,27 +90,39 @@ impl App {
                 let all = Overlay::ALL;
                 self.scene.display.overlay = all[(self.scene.display.overlay as usize + 1) % all.len()];
             }
+            Action::Inspect => self.inspector.toggle(),
+            Action::SelfTest => {
+                if let Some(engine) = &self.engine {
+                    self.self_test.toggle(&engine.gpu);
+                }
+            }
             Action::Pause => self.held = !self.held,
             Action::Step => self.step = self.held,
             Action::Restart => {
-                if let Some(renderer) = self.engine.as_mut().and_then(|e| e.renderer.as_mut()) {
+                for renderer in self.renderers() {
                     renderer.restart();
                 }
             }
             Action::ReloadShaders => {
-                let renderer = self.engine.as_mut().and_then(|e| e.renderer.as_mut());
-                match renderer.map(|r| r.reload_shaders(Source::standard())) {
-                    Some(Ok(())) => {
+                let read = self.renderers().try_for_each(|r| r.reload_shaders(Source::standard()));
+                match read {
+                    Ok(()) => {
                         self.toasts.push(now, Kind::Ok, "Shaders are new", "", Vec::new());
                     }
-                    Some(Err(e)) => self.report(now, &e),
-                    None => {}
+                    Err(e) => self.report(now, &e),
                 }
             }
             Action::DynamicScale => self.set_dynamic(!self.prefs.dynamic),
+            Action::Lab => self.toggle_lab(),
+            Action::NextView => self.next_view(),
             Action::Theme => self.prefs.light = !self.prefs.light,
             Action::Quit => self.quit = true,
         }
+    }
+
+    /// The renderers of all sides.
+    fn renderers(&mut self) -> impl Iterator<Item = &mut Renderer> {
+        self.engine.iter_mut().chain(&mut self.b).filter_map(|e| e.renderer.as_mut())
     }
 
     pub(super) fn set_dynamic(&mut self, on: bool) {

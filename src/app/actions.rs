@@ -53,6 +53,10 @@ pub enum Action {
     NextToneMap,
     /// Next overlay.
     NextOverlay,
+    /// Show or hide the pixel inspector.
+    Inspect,
+    /// Show or hide the self-test.
+    SelfTest,
     /// Hold or go on.
     Pause,
     /// One more sample while held.
@@ -63,6 +67,10 @@ pub enum Action {
     ReloadShaders,
     /// Reduced resolution while things move.
     DynamicScale,
+    /// Open or close the lab: two sides, A and B.
+    Lab,
+    /// Next of what the lab can show.
+    NextView,
     /// Light or dark window.
     Theme,
     /// End the program.
@@ -118,8 +126,11 @@ pub const ACTIONS: &[Row] = &[
     row(Action::ExposureDown, "View", "Darker by half a stop", &[(NONE, Key::OpenBracket)]),
     row(Action::NextToneMap, "View", "Next tone map", &[(NONE, Key::T)]),
     row(Action::NextOverlay, "View", "Next overlay", &[(NONE, Key::O)]),
+    row(Action::Inspect, "View", "Inspect pixels", &[(NONE, Key::I)]),
     row(Action::Panel, "View", "Show or hide the panel", &[(NONE, Key::Tab)]),
     row(Action::FullScreen, "View", "Full screen", &[(NONE, Key::F11)]),
+    row(Action::Lab, "View", "Compare A and B", &[(NONE, Key::C)]),
+    row(Action::NextView, "View", "Wipe, A, B, difference", &[(SHIFT, Key::C)]),
     row(Action::Theme, "View", "Light or dark window", &[(CTRL, Key::L)]),
     row(Action::Help, "View", "This list", &[(NONE, Key::H), (SHIFT, Key::Slash), (NONE, Key::Questionmark)]),
     row(Action::Pause, "Render", "Hold or go on", &[(SHIFT, Key::Space), (NONE, Key::P)]),
@@ -127,6 +138,7 @@ pub const ACTIONS: &[Row] = &[
     row(Action::Restart, "Render", "Start the picture anew", &[(SHIFT, Key::R)]),
     row(Action::ReloadShaders, "Render", "Read the shaders again", &[(SHIFT, Key::F5)]),
     row(Action::DynamicScale, "Render", "Adapt the resolution", &[(SHIFT, Key::D)]),
+    row(Action::SelfTest, "Render", "Test this adapter", &[(CTRL, Key::T)]),
 ];
 
 const GO_TO: &str = "Go to view 1 … 4";
@@ -145,6 +157,7 @@ pub const MOUSE: &[(&[&str], &str)] = &[
     (&["Alt", "Drag"], "Roll"),
     (&["W A S D Q E"], "Fly; Shift faster, Ctrl slower"),
     (&["Shift", "Right drag"], "Turn the sun or the map"),
+    (&["Hold X"], "Show the other of A and B"),
 ];
 
 /// The words on the key caps of a shortcut.

@@ -50,7 +50,10 @@ pub fn picture(renderer: &Renderer, sums: &Sums, seconds: f64) -> Result<PathBuf
     (saved.film.width, saved.film.height) = (sums.width, sums.height);
     let image = sums.image(&[], scene.medium.albedo.0, None);
     for ending in ["png", "exr"] {
-        save::picture(&path.with_extension(ending), &image, &saved, &stats)?;
+        let file = path.with_extension(ending);
+        if !save::overlay(&file, sums, &saved, &mut stats)? {
+            save::picture(&file, &image, &saved, &stats)?;
+        }
     }
     Ok(path)
 }

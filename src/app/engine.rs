@@ -15,6 +15,9 @@ use crate::render::{Renderer, Work};
 use crate::scene::row::Effect;
 use crate::scene::{Scene, Volume};
 
+use super::lab::trace::{Point, Trace};
+use super::lab::{Reference, Standing, Turn};
+
 /// After this time without a change the picture goes on to full resolution, seconds.
 const SETTLE: f64 = 0.2;
 /// Frame time to reach on a software adapter and on a device, seconds.
@@ -41,10 +44,17 @@ pub struct Figures {
     pub scale: f64,
     /// Relative error, where it is known.
     pub error: Option<f64>,
-    /// Events since the picture began.
+    /// Events since the picture began, up to the last look at them.
     pub counters: Counters,
     /// Paths that they belong to.
     pub paths: f64,
+}
+
+impl Figures {
+    /// Those of a picture that begins.
+    fn begun(&self) -> Figures {
+        Figures { scale: self.scale, paths_per_second: self.paths_per_second, ..Figures::default() }
+    }
 }
 
 /// A volume that a thread loads.
@@ -72,6 +82,16 @@ pub struct Engine {
     pub dynamic: bool,
     /// Samples after which the picture is done; 0: never.
     pub sample_limit: u32,
+    /// What it may do in a frame; all of it but beside another engine.
+    pub turn: Turn,
+    /// How the picture under way converges.
+    pub trace: Trace,
+    /// Points of the trace are made as often as is worth while, rather than with the other figures.
+    pub traced: bool,
+    /// What errors are measured against.
+    pub reference: Option<Arc<Reference>>,
+    /// A volume that another engine has in memory.
+    shared: Option<(Volume, Arc<Field>)>,
     loading: Option<Loading>,
     failed: Option<Volume>,
     /// The volume's file shall be read again.
@@ -84,6 +104,8 @@ pub struct Engine {
     shown: Option<Stage>,
     /// Samples of the picture under way after the last frame; fewer mean that someone restarted it.
     drawn: u32,
+    /// Paths drawn since the picture began.
+    paths: f64,
     kept: Option<Kept>,
     size: (u32, u32),
     last_change: f64,
@@ -114,6 +136,11 @@ impl Engine {
             figures: Figures { scale: 1.0, ..Figures::default() },
             dynamic: true,
             sample_limit: 0,
+            turn: Turn::ALL,
+            trace: Trace::default(),
+            traced: false,
+            reference: None,
+            shared: None,
             loading: None,
             failed: None,
             stale: false,
@@ -123,6 +150,7 @@ impl Engine {
             scale: LEAST_SCALE,
             shown: None,
             drawn: 0,
+            paths: 0.0,
             kept: None,
             size: (0, 0),
             last_change: f64::NEG_INFINITY,
@@ -149,6 +177,28 @@ impl Engine {
         self.shown.is_some_and(Stage::is_whole)
     }
 
+    /// Where its picture stands.
+    pub fn standing(&self) -> Standing {
+        let samples = self.renderer.as_ref().map_or(0, |r| r.progress().samples);
+        Standing { samples, seconds: self.figures.seconds, whole: self.scale == 1.0 && self.is_whole() }
+    }
+
+    /// The volume that is in the picture; the scene may already name another.
+    pub fn volume(&self) -> Option<&Volume> {
+        self.renderer.as_ref().map(|r| &r.scene.volume)
+    }
+
+    /// Takes the volume that `other` has in memory rather than reading its file, now and when `other` has a new one.
+    pub fn follow(&mut self, other: &Engine) {
+        let (Some(volume), Some(renderer)) = (&other.loaded, &other.renderer) else { return };
+        let field = &renderer.medium.field;
+        let same = self.shared.as_ref().is_some_and(|(_, mine)| Arc::ptr_eq(mine, field));
+        if !same {
+            self.shared = Some((volume.clone(), field.clone()));
+            self.stale |= self.renderer.is_some() || self.loading.is_some();
+        }
+    }
+
     /// Reads the volume of the scene again; the old one stays until then.
     pub fn reload(&mut self) {
         self.stale = true;
@@ -159,10 +209,11 @@ impl Engine {
         self.overhead += NEWEST * (seconds - self.overhead);
     }
 
-    /// Seconds that the tracer may take of a frame.
+    /// Seconds that the tracer may take of a frame while things move; at rest it gets at least half of the time, however
+    /// slow the rest of a frame is.
     fn budget(&self) -> f64 {
         let target = if self.gpu.is_software() { TARGET_SOFTWARE } else { TARGET_GPU };
-        (target - self.overhead).max(target * LEAST_SHARE)
+        (target - self.overhead).max(target * LEAST_SHARE) * self.turn.share
     }
 
     /// Draws for one frame of the window: `viewport` in pixels, `now` in seconds. `held`: nothing is drawn but what a
@@ -222,8 +273,11 @@ impl Engine {
             self.stale = false;
             let (send, result) = mpsc::channel();
             let (gpu, wanted) = (self.gpu.clone(), scene.clone());
+            let shared = self.shared.as_ref().filter(|(volume, _)| same_data(volume, &wanted.volume));
+            let shared = shared.map(|(_, field)| field.clone());
             std::thread::spawn(move || {
-                let medium = Field::load(&wanted.volume).and_then(|f| Medium::new(&gpu, Arc::new(f), &wanted));
+                let field = shared.map_or_else(|| Field::load(&wanted.volume).map(Arc::new), Ok);
+                let medium = field.and_then(|f| Medium::new(&gpu, f, &wanted));
                 // Nobody may want it any more.
                 let _ = send.send(medium);
             });
@@ -283,11 +337,8 @@ impl Engine {
         self.scale = scale;
         self.pace.rescale(pixels(size) / pixels(old_size));
         if made.accumulation || restarted {
-            self.figures = Figures {
-                scale: self.figures.scale,
-                paths_per_second: self.figures.paths_per_second,
-                ..Figures::default()
-            };
+            self.figures = self.figures.begun();
+            (self.paths, self.trace) = (0.0, Trace::default());
             self.error_at = now;
         }
         self.drawn = renderer.progress().samples;
@@ -300,16 +351,18 @@ impl Engine {
         let enough = progress.samples >= goal;
         let done = enough && scale == 1.0;
         // A held picture goes on until all of the last change is seen.
-        let rests = held && self.shown.is_some_and(Stage::is_whole);
+        let rests = (held || !self.turn.draws) && self.shown.is_some_and(Stage::is_whole);
         outcome.busy |= !done && !rests;
-        if !enough && !rests {
+        // No further than its turn allows, but a pass that has begun is ended.
+        let goal = goal.min(self.turn.most.max(progress.samples));
+        if !enough && !rests && (progress.samples < goal || progress.pass > 0) {
             let before = Instant::now();
             let tiles = renderer.tiles();
             let submitted = if preview {
                 // A whole pass: every pixel shows the newest camera.
                 renderer.submit(Work { samples: 1, groups: u32::MAX })?
             } else {
-                self.pace.budget = budget;
+                self.pace.budget = budget.max(self.overhead * self.turn.share);
                 renderer.submit(self.pace.next(progress, goal - progress.samples, tiles))?
             };
             self.gpu.wait()?;
@@ -346,22 +399,39 @@ impl Engine {
         let Some(renderer) = &mut self.renderer else { return Ok(()) };
         let figures = &mut self.figures;
         figures.seconds += seconds;
-        figures.paths += paths;
+        self.paths += paths;
         let speed = paths / seconds.max(1e-6);
         let weight = if figures.paths_per_second == 0.0 { 1.0 } else { NEWEST };
         figures.paths_per_second += weight * (speed - figures.paths_per_second);
         let progress = renderer.progress();
         figures.samples = progress.samples;
-        if now - self.counted > COUNT_EVERY {
+        // Reading the film costs a little: seldom, and not while things move.
+        let measurable = progress.pass == 0 && progress.samples > 1 && self.scale == 1.0;
+        let is_due = self.trace.is_due(progress.samples, now);
+        let reads = measurable && (now - self.error_at > ERROR_EVERY || self.traced && is_due);
+        if reads || now - self.counted > COUNT_EVERY {
             self.counted = now;
             figures.counters = renderer.film.count(&self.gpu)?;
+            figures.paths = self.paths;
         }
-        // Reading the film costs a little: seldom, and not while things move.
-        if progress.pass == 0 && progress.samples > 1 && now - self.error_at > ERROR_EVERY && self.scale == 1.0 {
+        if reads {
             self.error_at = now;
             let sums = renderer.film.read(&self.gpu)?;
             figures.error = sums.relative_error();
             self.kept = Some(Kept::of(&sums));
+            if let (true, Some(error)) = (is_due, figures.error) {
+                let point = Point {
+                    samples: progress.samples,
+                    seconds: figures.seconds,
+                    lookups: figures.counters.lookups as f64 / sums.sum.len() as f64,
+                    error,
+                    rel_mse: self
+                        .reference
+                        .as_ref()
+                        .and_then(|r| r.rel_mse((sums.width, sums.height), |p| sums.mean(p))),
+                };
+                self.trace.push(point, now);
+            }
         }
         Ok(())
     }
@@ -374,6 +444,8 @@ impl Engine {
         self.gpu = gpu;
         self.pace = Pace::new(0.0);
         (self.shown, self.drawn, self.size) = (None, 0, (0, 0));
+        self.figures = self.figures.begun();
+        (self.paths, self.trace) = (0.0, Trace::default());
         let Some(old) = self.renderer.take() else { return Ok(()) };
         let medium = Medium::new(&self.gpu, old.medium.field.clone(), &old.scene)?;
         let size = self.kept.as_ref().map_or((1, 1), |kept| kept.size);

@@ -37,6 +37,14 @@ pub struct Facts {
     pub null_ratio: Option<f64>,
     /// Real collisions of a path that meets the medium.
     pub bounces: Option<f64>,
+    /// Majorant segments that a path walks.
+    pub steps_per_path: Option<f64>,
+    /// Shadow rays of a path.
+    pub shadows_per_path: Option<f64>,
+    /// Bytes of the majorants on the adapter, and seconds that it took to make them.
+    pub bounds: (u64, f64),
+    /// Lookups of a density above its bound, lanes that reached the iteration cap, samples that were not finite.
+    pub mishaps: [u64; 3],
     /// Side of a majorant cell, voxels.
     pub cell: u32,
     /// Bytes of density and majorants on the adapter.
@@ -89,11 +97,15 @@ impl App {
         f.mean_column = renderer.medium.mean_column;
         f.cell = renderer.medium.cell;
         f.bytes = renderer.medium.volume_bytes + renderer.medium.majorant_bytes;
+        f.bounds = (renderer.medium.majorant_bytes, renderer.medium.majorant_seconds);
+        f.mishaps = [c.violations, c.capped, c.nonfinite];
         let paths = engine.figures.paths;
         if c.lookups > 0 && paths > 0.0 {
             f.lookups_per_path = Some(c.lookups as f64 / paths);
             f.null_ratio = Some(c.null_collisions as f64 / (c.null_collisions + c.real_collisions).max(1) as f64);
             f.bounces = Some(c.real_collisions as f64 / paths);
+            f.steps_per_path = Some(c.cell_steps as f64 / paths);
+            f.shadows_per_path = Some(c.shadow_rays as f64 / paths);
         }
     }
 }

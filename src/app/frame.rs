@@ -10,11 +10,12 @@ use super::engine::Engine;
 use super::panels::{self, Wish};
 use super::theme::{self, Icon, Theme, icon, size};
 use super::widgets::{
-    Banner, BannerAnswer, Cell, Digits, HelpEntry, StatusBar, Tone, Trust, axis_gizmo, drop_target, file_name,
+    Banner, BannerAnswer, Cell, Digits, HelpEntry, Legend, StatusBar, Tone, Trust, axis_gizmo, drop_target, file_name,
     panel_scroll, tool_button,
 };
 use super::{App, rows};
 use crate::io::volume_file;
+use crate::render::heat;
 use crate::scene::value::Value;
 use crate::scene::{Light, Source, Volume};
 
@@ -61,26 +62,29 @@ impl App {
                 .default_size(self.prefs.panel_width)
                 .size_range(size::PANEL_RANGE)
                 .frame(egui::Frame::new().fill(theme.panel))
-                .show(ui, |ui| panel_scroll(ui, |ui| self.panel(ui, now)));
+                .show(ui, |ui| self.panel(ui, now));
             self.prefs.panel_width = shown.response.rect.width();
         }
         egui::CentralPanel::default().frame(egui::Frame::new().fill(theme.canvas)).show(ui, |ui| {
-            self.viewport = ui.available_rect_before_wrap();
+            self.area = ui.available_rect_before_wrap();
             self.viewport_ui(ui, pixels, now);
         });
         if let Some(place) = self.drawer_place() {
             self.drawer_ui(&ctx, place, now);
         }
         self.show_help(&ctx);
+        if let Some(engine) = &self.engine {
+            self.self_test.show(&ctx, &engine.gpu);
+        }
         if !self.dragging && !ctx.input(|i| i.pointer.any_down()) {
-            self.history.commit(&self.scene);
+            self.history.commit(&self.scene, &self.lab.own);
             self.keep_session(&ctx, now);
         }
     }
 
     /// Where the panel lies over the picture.
     fn drawer_place(&self) -> Option<Rect> {
-        let mut room = self.viewport;
+        let mut room = self.area;
         if self.banner {
             room.min.y += size::BANNER;
         }
@@ -95,7 +99,7 @@ impl App {
             egui::Frame::new().fill(theme.panel).shadow(theme.card_shadow()).show(ui, |ui| {
                 ui.set_min_size(place.size());
                 ui.set_max_size(place.size());
-                panel_scroll(ui, |ui| self.panel(ui, now));
+                self.panel(ui, now);
             });
         });
     }
@@ -110,6 +114,7 @@ impl App {
             let panel_shown = if self.narrow { self.drawer } else { self.prefs.panel };
             let tools = [
                 (if self.held { icon::PLAY } else { icon::PAUSE }, Action::Pause, self.held, true),
+                (icon::COMPARE, Action::Lab, self.lab.controls.open, true),
                 (icon::CAPTURE, Action::Capture, false, self.engine.as_ref().is_some_and(Engine::has_picture)),
                 (icon::HELP, Action::Help, self.help.open, true),
                 (icon::PANEL, Action::Panel, panel_shown, true),
@@ -177,14 +182,35 @@ impl App {
                 (None, n) => Some((f.samples as f32 / n as f32).min(1.0)),
             },
             cells: &cells,
-            trust: if f.scale < 1.0 { Trust::Preview("preview") } else { Trust::Unbiased },
+            trust: match (f.scale < 1.0, self.scene.tracking.bias()) {
+                (true, _) => Trust::Preview("preview"),
+                (false, Some(why)) => Trust::Biased(why),
+                (false, None) => Trust::Unbiased,
+            },
             adapter: &adapter,
             software: engine.gpu.is_software(),
         };
         bar.show(ui);
     }
 
+    /// The panel: the lab's switch, then what scrolls.
     fn panel(&mut self, ui: &mut Ui, now: f64) {
+        let open = self.lab.controls.open;
+        if open {
+            self.lab_switch(ui);
+        }
+        panel_scroll(ui, |ui| {
+            self.steps_row(ui, now);
+            if open {
+                self.lab_section(ui);
+            }
+            for wish in self.as_shown_side(|app| app.sections(ui)) {
+                self.grant(wish, now);
+            }
+        });
+    }
+
+    fn steps_row(&mut self, ui: &mut Ui, now: f64) {
         if ui.ctx().content_rect().width() < size::COMPACT_BELOW {
             // The top bar has no room for them.
             let steps = self.steps();
@@ -196,6 +222,11 @@ impl App {
                 self.act(action, now);
             }
         }
+    }
+
+    /// The sections of the side that is shown; what the user asked for beyond settings.
+    fn sections(&mut self, ui: &mut Ui) -> Vec<Wish> {
+        self.refresh_facts();
         let facts = std::mem::take(&mut self.facts);
         let view = self.view();
         let automatic = |key: &str| -> Option<Value> {
@@ -228,22 +259,38 @@ impl App {
         let wishes = panels::show(ui, &mut rows, &facts, &mut self.prefs.open, &state);
         self.dragging |= rows.dragging;
         self.facts = facts;
-        for wish in wishes {
-            match wish {
-                Wish::Browse(key) => self.browse = Some(key),
-                Wish::Act(action) => self.act(action, now),
-                Wish::Dynamic(on) => self.set_dynamic(on),
-                Wish::SampleLimit(n) => {
-                    self.prefs.sample_limit = n;
-                    if let Some(engine) = &mut self.engine {
-                        engine.sample_limit = n;
-                    }
+        wishes
+    }
+
+    fn grant(&mut self, wish: Wish, now: f64) {
+        match wish {
+            Wish::Browse(key) => self.browse = Some(key),
+            Wish::Act(action) => self.act(action, now),
+            Wish::Dynamic(on) => self.set_dynamic(on),
+            Wish::SampleLimit(n) => {
+                self.prefs.sample_limit = n;
+                if let Some(engine) = &mut self.engine {
+                    engine.sample_limit = n;
                 }
             }
         }
     }
 
+    /// Gives the picture its place: all of the room, or that of the reference's shape. Its size in pixels.
+    fn place_picture(&mut self, pixels: f32) -> (u32, u32) {
+        self.viewport = self.area;
+        let Some((width, height)) = self.reference_size() else {
+            let side = |points: f32| (points * pixels).round() as u32;
+            return (side(self.area.width()), side(self.area.height()));
+        };
+        let shape = egui::vec2(width as f32, height as f32);
+        let scale = (self.area.width() / shape.x).min(self.area.height() / shape.y);
+        self.viewport = Rect::from_center_size(self.area.center(), shape * scale);
+        (width, height)
+    }
+
     fn viewport_ui(&mut self, ui: &mut Ui, pixels: f32, now: f64) {
+        let size = self.place_picture(pixels);
         let rect = self.viewport;
         let response = ui.interact(rect, egui::Id::unique("viewport"), egui::Sense::click_and_drag());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Canvas, true, "Picture"));
@@ -259,10 +306,10 @@ impl App {
         if before != self.scene.camera {
             self.moved = now;
         }
-        let size = ((rect.width() * pixels).round() as u32, (rect.height() * pixels).round() as u32);
         self.draw(size, now, false);
         if let (Some(engine), Some(presenter)) = (&self.engine, &self.presenter) {
             match &engine.renderer {
+                Some(_) if engine.has_picture() && self.lab.controls.open => self.paint_lab(ui, rect),
                 Some(renderer) if engine.has_picture() => {
                     let painting = presenter.painting(renderer);
                     ui.painter().add(egui_wgpu::Callback::new_paint_callback(rect, painting));
@@ -271,6 +318,37 @@ impl App {
             }
         }
         self.overlays(ui, now);
+        self.look_closer(ui, &response, now);
+    }
+
+    /// What the colours of the overlay mean, and the pixel inspector.
+    fn look_closer(&mut self, ui: &mut Ui, response: &egui::Response, now: f64) {
+        let mut place = self.viewport;
+        if self.banner {
+            place.min.y += size::BANNER;
+        }
+        let Some(renderer) = self.engine.as_mut().and_then(|e| e.renderer.as_mut()) else { return };
+        if let Some(look) = heat::look(renderer.scene.display.overlay) {
+            let range = renderer.overlay_range();
+            let legend = Legend {
+                name: look.name,
+                unit: look.unit,
+                range: range.map(|r| [r.low, r.median, r.high].map(|x| x * look.factor)),
+                median_at: range.map_or(0.0, |r| r.share(&look, r.median) as f32),
+                log: look.log,
+                colour: &heat::colour,
+            };
+            legend.show(ui, place);
+        }
+        let share = |p: egui::Pos2| {
+            let at = (p - self.viewport.min) / self.viewport.size();
+            (f64::from(at.x), f64::from(at.y))
+        };
+        let pointer = response.hover_pos().map(share);
+        let inspected = self.inspector.show(ui, place, pointer, response.clicked(), renderer, now);
+        if let Err(e) = inspected {
+            self.report(now, &e);
+        }
     }
 
     /// Words on the canvas before the first picture.
@@ -287,8 +365,13 @@ impl App {
     }
 
     fn overlays(&mut self, ui: &mut Ui, now: f64) {
-        let rect = self.viewport;
-        if now - self.moved < GIZMO {
+        let rect = self.area;
+        let mut seen = self.viewport;
+        if self.banner {
+            seen.min.y = seen.min.y.max(rect.top() + size::BANNER);
+        }
+        self.lab_overlays(ui, seen, rect);
+        if now - self.moved < GIZMO && !self.shows_plot(rect) {
             if let Some((view, _)) = self.view() {
                 let rows = glam::DMat3::from_cols(view.right, view.up, -view.forward).transpose();
                 axis_gizmo(ui, rect, rows.as_mat3());

@@ -22,6 +22,8 @@ pub mod engine;
 pub mod facts;
 mod frame;
 pub mod history;
+pub mod inspect;
+pub mod lab;
 mod navigate;
 pub mod orbit;
 pub mod panels;
@@ -29,6 +31,7 @@ pub mod picture;
 pub mod prefs;
 pub mod presets;
 pub mod rows;
+pub mod self_test;
 pub mod shell;
 pub mod theme;
 pub mod widgets;
@@ -36,8 +39,12 @@ pub mod widgets;
 use engine::Engine;
 use facts::Facts;
 use history::History;
+use inspect::Inspector;
+use lab::compare::REFERENCE;
+use lab::{Lab, Own, Reference};
 use picture::Presenter;
 use prefs::{Prefs, Session};
+use self_test::SelfTest;
 use widgets::{Help, Kind, Toasts};
 
 /// Seconds between two savings of the session.
@@ -51,10 +58,16 @@ pub struct App {
     pub defaults: Scene,
     /// Remembered state.
     pub prefs: Prefs,
+    /// The lab: side B, and how both are shown.
+    pub lab: Lab,
     /// Messages.
     pub toasts: Toasts,
     /// The help overlay.
     pub help: Help,
+    /// The pixel inspector.
+    pub inspector: Inspector,
+    /// The self-test.
+    pub self_test: SelfTest,
     /// The renderer's driver, once there is a device.
     pub engine: Option<Engine>,
     /// The program shall end.
@@ -63,7 +76,10 @@ pub struct App {
     pub full_screen: bool,
     /// Something moves by itself: the next frame must come at once.
     pub animating: bool,
-    presenter: Option<Arc<Presenter>>,
+    /// The driver of side B, while the lab is open.
+    b: Option<Engine>,
+    reference: Option<Arc<Reference>>,
+    presenter: Option<Presenter>,
     facts: Facts,
     history: History,
     held: bool,
@@ -71,15 +87,17 @@ pub struct App {
     /// The picture shall be saved when it is on screen at full scale.
     capturing: bool,
     dragging: bool,
+    /// Where the picture is, and the room that it has.
     viewport: Rect,
+    area: Rect,
     /// The banner that was closed, and whether there is one in this frame.
     banner_closed: String,
     banner: bool,
     /// The window is too narrow for a panel beside the picture; then it is a drawer over it.
     narrow: bool,
     drawer: bool,
-    /// When the session was saved, and the scene in it.
-    saved: (f64, Scene),
+    /// When the session was saved, and what is in it.
+    saved: (f64, Scene, Lab),
     moved: f64,
     dropping: bool,
     /// A file that the user asked for: the setting that it goes to, empty for anything.
@@ -90,20 +108,26 @@ impl App {
     /// The window of `scene`.
     pub fn new(scene: Scene, mut prefs: Prefs) -> App {
         // The last session is offered only where nothing else was asked for, and where it has something to offer.
-        let worth = |session: &Session| scene == Scene::default() && session.scene != scene;
+        let worth =
+            |session: &Session| scene == Scene::default() && (session.scene != scene || session.lab.controls.open);
         prefs.session = prefs.session.filter(worth);
         App {
-            saved: (0.0, scene.clone()),
+            saved: (0.0, scene.clone(), Lab::default()),
             defaults: Scene { volume: scene.volume.clone(), ..Scene::default() },
             history: History::new(&scene),
             scene,
             prefs,
+            lab: Lab::default(),
             toasts: Toasts::default(),
             help: Help::default(),
+            inspector: Inspector::default(),
+            self_test: SelfTest::default(),
             engine: None,
             quit: false,
             full_screen: false,
             animating: false,
+            b: None,
+            reference: None,
             presenter: None,
             facts: Facts::default(),
             held: false,
@@ -111,6 +135,7 @@ impl App {
             capturing: false,
             dragging: false,
             viewport: Rect::ZERO,
+            area: Rect::ZERO,
             banner_closed: String::new(),
             banner: false,
             narrow: false,
@@ -127,7 +152,7 @@ impl App {
         engine.dynamic = self.prefs.dynamic;
         engine.sample_limit = self.prefs.sample_limit;
         self.engine = Some(engine);
-        self.presenter = Some(Arc::new(presenter));
+        self.presenter = Some(presenter);
     }
 
     /// Shows an error.
@@ -141,7 +166,8 @@ impl App {
     pub fn open(&mut self, path: &Path, now: f64) {
         match input::open(path) {
             Ok(scene) => {
-                self.take_scene(scene);
+                let own = self.lab.controls.open.then(|| Own::beside(&scene));
+                self.take_scene(scene, own);
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 self.toasts.push(now, Kind::Info, format!("Opening {name}"), "", Vec::new());
             }
@@ -150,23 +176,25 @@ impl App {
     }
 
     /// Shows another scene, as a step that can be undone; the last session is offered no longer.
-    fn take_scene(&mut self, scene: Scene) {
+    fn take_scene(&mut self, scene: Scene, own: Option<Own>) {
         self.defaults = Scene { volume: scene.volume.clone(), ..Scene::default() };
         self.scene = scene;
-        self.history.commit(&self.scene);
+        self.lab.own = own;
+        self.history.commit(&self.scene, &self.lab.own);
         self.prefs.session = None;
     }
 
     /// Brings the scene of the last session back, if there is one.
     pub fn restore_session(&mut self) {
         if let Some(session) = self.prefs.session.take() {
-            self.take_scene(session.scene);
+            self.lab.controls = session.lab.controls;
+            self.take_scene(session.scene, session.lab.own);
         }
     }
 
     /// Keeps what a crash would lose: the scene, some seconds after it last changed.
     fn keep_session(&mut self, ctx: &egui::Context, now: f64) {
-        if self.engine.is_none() || self.scene == self.saved.1 {
+        if self.engine.is_none() || (&self.scene, &self.lab) == (&self.saved.1, &self.saved.2) {
             return;
         }
         let wait = self.saved.0 + SESSION_EVERY - now;
@@ -174,15 +202,20 @@ impl App {
             ctx.request_repaint_after_secs(wait as f32);
             return;
         }
-        self.saved = (now, self.scene.clone());
-        if let Err(e) = self.prefs.save_session(&self.scene, true) {
+        self.saved = (now, self.scene.clone(), self.lab.clone());
+        if let Err(e) = self.prefs.save_session(&self.scene, &self.lab, true) {
             log::warn!("the session was not saved: {e}");
         }
     }
 
     /// A file that was dropped or chosen; `key` is the setting that it goes to, empty for what it is by itself.
     pub fn take_file(&mut self, path: &Path, key: &str, now: f64) {
-        let is_map = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("hdr"));
+        let ends = |ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+        let is_map = ends("hdr");
+        if key == REFERENCE || key.is_empty() && self.lab.controls.open && (ends("exr") || ends("pfm")) {
+            self.take_reference(path, now);
+            return;
+        }
         if key.is_empty() && !is_map {
             self.open(path, now);
             return;
@@ -198,7 +231,7 @@ impl App {
         } else if let Err(why) = self.scene.assign(key, &Value::Text(text)) {
             self.report(now, &Error::new(Code::BadKey, why));
         }
-        self.history.commit(&self.scene);
+        self.history.commit(&self.scene, &self.lab.own);
     }
 
     fn aspect(&self) -> f64 {
@@ -222,9 +255,10 @@ impl App {
 
     /// Draws for this frame into a viewport of `size` pixels.
     pub fn draw(&mut self, size: (u32, u32), now: f64, moving: bool) {
-        let Some(engine) = &mut self.engine else { return };
+        self.share_out();
         let held = self.held && !self.step;
         self.step = false;
+        let Some(engine) = &mut self.engine else { return };
         let outcome = engine.frame(&self.scene, size, now, held, moving);
         self.animating = outcome.busy;
         if let Some(volume) = outcome.restore_volume {
@@ -234,11 +268,14 @@ impl App {
             self.facts = self.gather_static();
         }
         self.refresh_facts();
+        self.animating |= self.draw_b(size, now, held);
         for error in &outcome.errors {
             self.report(now, error);
         }
-        if self.capturing && self.engine.as_ref().is_some_and(Engine::is_whole) {
-            self.capture(now);
-        }
+        self.as_shown_side(|app| {
+            if app.capturing && app.engine.as_ref().is_some_and(Engine::is_whole) {
+                app.capture(now);
+            }
+        });
     }
 }

@@ -6,15 +6,16 @@ use super::actions::Action;
 use super::facts::Facts;
 use super::prefs::BOOKMARKS;
 use super::presets::{PRESETS, preset_of};
-use super::rows::Rows;
+use super::rows::{Rows, fitting_note};
 use super::theme::{Theme, Type, size};
 use super::widgets::{
     ButtonsRow, CheckRow, Choice, ComboRow, Digits, Head, Histogram, InfoRow, PhasePlot, Readout, Section, Tip,
     readouts,
 };
 use crate::io::volume_file;
+use crate::render::tracking;
 use crate::scene::value::Limit;
-use crate::scene::{Analytic, Light, MajorantKind, Phase, Procedural, Scene};
+use crate::scene::{Analytic, FreeFlight, Light, MajorantKind, Phase, Procedural, Scene, Tracking, Transmittance};
 
 /// Which sections are open, in their order.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,9 +60,11 @@ pub fn show(ui: &mut Ui, rows: &mut Rows, facts: &Facts, open: &mut Open, state:
         }
         bookmarks(ui, state, &mut wishes);
     });
-    section(ui, rows, "Method", "tracking.", "unbiased", false, method, |ui, rows| {
-        method_section(ui, rows, facts, state, &mut wishes);
-    });
+    let bias = rows.scene.tracking.bias();
+    let changed = rows.any_changed("tracking.");
+    let summary = bias.map_or("unbiased".to_owned(), |why| format!("biased: {why}"));
+    let head = Section { title: "Method", summary: &summary, changed, biased: bias.is_some(), first: false };
+    head.show(ui, method, |ui| method_section(ui, rows, facts, state, &mut wishes));
     let tone = crate::scene::ToneMap::CHOICES[rows.scene.display.tone_map as usize].label;
     let display_text = format!("{tone}, {} EV", Digits::Decimals(1).format(rows.scene.display.exposure));
     section(ui, rows, "Display", "display.", &display_text, false, display, |ui, rows| {
@@ -76,6 +79,9 @@ pub fn show(ui: &mut Ui, rows: &mut Rows, facts: &Facts, open: &mut Open, state:
             Some(0) => wishes.push(Wish::Act(Action::Capture)),
             Some(_) => wishes.push(Wish::Act(Action::SaveScene)),
             None => {}
+        }
+        if (ButtonsRow { head: Head::new("This adapter"), buttons: &[Choice::new("Self-test")] }).show(ui).is_some() {
+            wishes.push(Wish::Act(Action::SelfTest));
         }
     });
     open.0 = titles;
@@ -188,9 +194,17 @@ fn volume_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts) {
 
 /// Words in small type, in as many lines as they need.
 fn note(ui: &mut Ui, text: &str) {
-    let theme = Theme::of(ui);
+    small(ui, text, Theme::of(ui).text3);
+}
+
+/// The same in the colour of caution.
+fn caution(ui: &mut Ui, text: &str) {
+    small(ui, text, Theme::of(ui).warn);
+}
+
+fn small(ui: &mut Ui, text: &str, ink: egui::Color32) {
     egui::Frame::new().inner_margin(egui::Margin::symmetric(size::PADDING as i8, 0)).show(ui, |ui| {
-        ui.add(egui::Label::new(egui::RichText::new(text).font(Type::Small.font()).color(theme.text3)).wrap());
+        ui.add(egui::Label::new(egui::RichText::new(text).font(Type::Small.font()).color(ink)).wrap());
     });
 }
 
@@ -310,27 +324,74 @@ fn light_section(ui: &mut Ui, rows: &mut Rows) {
     }
 }
 
+/// Settings of the chosen estimators: those that change anything.
+fn tracking_keys(tracking: &Tracking) -> Vec<&'static str> {
+    let exact_flight =
+        matches!(tracking.free_flight, FreeFlight::Regular | FreeFlight::ClosedForm | FreeFlight::RayMarching);
+    let exact_shadows = matches!(
+        tracking.transmittance,
+        Transmittance::Regular | Transmittance::ClosedForm | Transmittance::RayMarching | Transmittance::Jackknife
+    );
+    let marches = tracking.free_flight == FreeFlight::RayMarching
+        || matches!(
+            tracking.transmittance,
+            Transmittance::RayMarching
+                | Transmittance::Jackknife
+                | Transmittance::UnbiasedRayMarching
+                | Transmittance::Telescoping
+        );
+    let mut keys = vec!["tracking.free_flight", "tracking.transmittance", "tracking.majorant"];
+    let mut add = |key, applies: bool| keys.extend(applies.then_some(key));
+    add("tracking.cell", tracking.majorant == MajorantKind::Grid);
+    add("tracking.control", tracking::needs_control(tracking));
+    add("tracking.majorant_factor", !(exact_flight && exact_shadows));
+    add("tracking.step", marches);
+    keys
+}
+
+/// Why the picture may not be what it should, for each of `Facts::mishaps`.
+fn mishaps(facts: &Facts, factor: f64) -> Vec<String> {
+    let [violations, capped, nonfinite] = facts.mishaps;
+    let whose = if factor < 1.0 { "as a factor below 1 makes them" } else { "the picture is not what it should be" };
+    let texts = [
+        (violations, format!("{violations} lookups lie above their bound: {whose}.")),
+        (capped, format!("{capped} lanes reached the cap of steps: their light is cut off.")),
+        (nonfinite, format!("{nonfinite} samples are not finite and count as black.")),
+    ];
+    texts.into_iter().filter(|(count, _)| *count > 0).map(|(_, text)| text).collect()
+}
+
 fn method_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts, state: &State, wishes: &mut Vec<Wish>) {
-    for key in ["tracking.free_flight", "tracking.transmittance", "tracking.majorant"] {
+    for key in tracking_keys(&rows.scene.tracking) {
         rows.show(ui, key);
     }
-    if rows.scene.tracking.majorant == MajorantKind::Grid {
-        rows.show(ui, "tracking.cell");
+    let fitting = fitting_note(ui);
+    if !fitting.is_empty() {
+        note(ui, &fitting);
     }
-    let three = Digits::Significant(3);
+    if let Some(why) = rows.scene.tracking.bias() {
+        caution(ui, &format!("Biased by {why}: more samples do not remove the error, shorter steps do."));
+    }
+    let three = |x: Option<f64>| Digits::Significant(3).format(x.unwrap_or(f64::NAN));
     let cell = if facts.known { facts.cell.to_string() } else { String::new() };
     readouts(
         ui,
         &[
-            Readout {
-                caption: "Lookups / path",
-                value: &three.format(facts.lookups_per_path.unwrap_or(f64::NAN)),
-                unit: "",
-            },
-            Readout { caption: "Null share", value: &three.format(facts.null_ratio.unwrap_or(f64::NAN)), unit: "" },
+            Readout { caption: "Lookups / path", value: &three(facts.lookups_per_path), unit: "" },
+            Readout { caption: "Null share", value: &three(facts.null_ratio), unit: "" },
+            Readout { caption: "Steps / path", value: &three(facts.steps_per_path), unit: "" },
+            Readout { caption: "Shadows / path", value: &three(facts.shadows_per_path), unit: "" },
             Readout { caption: "Finest cell", value: &cell, unit: "voxels" },
         ],
     );
+    if facts.known {
+        let (bytes, seconds) = facts.bounds;
+        let built = format!("{}, built in {} ms", mebibytes(bytes), three(Some(seconds * 1e3)));
+        InfoRow { caption: "Bounds", text: &built }.show(ui);
+    }
+    for text in mishaps(facts, rows.scene.tracking.majorant_factor) {
+        caution(ui, &text);
+    }
     let unlimited = rows.scene.integrator.max_bounces == Limit::Unlimited;
     if !unlimited {
         rows.show(ui, "integrator.max_bounces");

@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use crate::error::Result;
 use crate::io::picture;
-use crate::scene::row::Section;
-use crate::scene::value::Value;
 use crate::scene::{Camera, Scene};
 
+use super::lab::{Lab, fill, table_of};
 use super::panels::Open;
 
 /// Bookmarks of the camera.
@@ -19,6 +18,8 @@ pub const BOOKMARKS: usize = 4;
 pub struct Session {
     /// The scene.
     pub scene: Scene,
+    /// The lab.
+    pub lab: Lab,
     /// The run ended without closing its window.
     pub broken: bool,
 }
@@ -78,6 +79,8 @@ pub fn folder() -> Option<PathBuf> {
 
 const FILE: &str = "window.toml";
 const SESSION: &str = "session.toml";
+/// The table of the lab in it.
+const LAB: &str = "lab";
 /// First line of a session whose window has not been closed yet.
 const BROKEN: &str = "# The window is open, or stopped without closing.\n";
 /// Smallest and largest size of a window that is remembered.
@@ -140,7 +143,7 @@ impl Prefs {
         put("open", self.open.0.to_vec().into());
         for (i, camera) in self.cameras.iter().enumerate() {
             if let Some(camera) = camera {
-                put(&camera_key(i), camera_table(camera).into());
+                put(&camera_key(i), table_of(camera).into());
             }
         }
         table.to_string()
@@ -150,22 +153,21 @@ impl Prefs {
     ///
     /// # Errors
     /// [`crate::error::Code::Write`] where the folder cannot be written to.
-    pub fn save(&self, scene: &Scene) -> Result<()> {
+    pub fn save(&self, scene: &Scene, lab: &Lab) -> Result<()> {
         write(FILE, &self.to_toml())?;
-        self.save_session(scene, false)
+        self.save_session(scene, lab, false)
     }
 
-    /// Writes the scene of the session; `broken`: the window is still open. A session that waits to be restored is not
+    /// Writes scene and lab of the session; `broken`: the window is still open. A session that waits to be restored is not
     /// written over by a scene that nobody has touched.
     ///
     /// # Errors
     /// [`crate::error::Code::Write`] where the folder cannot be written to.
-    pub fn save_session(&self, scene: &Scene, broken: bool) -> Result<()> {
-        if self.session.is_some() && *scene == Scene::default() {
+    pub fn save_session(&self, scene: &Scene, lab: &Lab, broken: bool) -> Result<()> {
+        if self.session.is_some() && *scene == Scene::default() && *lab == Lab::default() {
             return Ok(());
         }
-        let mark = if broken { BROKEN } else { "" };
-        write(SESSION, &format!("{mark}{}", scene.to_toml(Path::new(""))))
+        write(SESSION, &session_text(scene, lab, broken))
     }
 }
 
@@ -175,33 +177,34 @@ fn write(name: &str, text: &str) -> Result<()> {
     picture::write_whole(&folder.join(name), |f| std::io::Write::write_all(f, text.as_bytes()))
 }
 
-/// The scene of a session's file; nothing where it does not fit this version.
+fn session_text(scene: &Scene, lab: &Lab, broken: bool) -> String {
+    let mark = if broken { BROKEN } else { "" };
+    let lab = toml::Table::from_iter([(LAB.to_owned(), lab.to_toml().into())]);
+    format!("{mark}{}\n{lab}", scene.to_toml(Path::new("")))
+}
+
+/// Scene and lab of a session's file; nothing where the scene does not fit this version.
 fn parse_session(text: &str) -> Option<Session> {
     if text.is_empty() {
         return None;
     }
-    let scene = Scene::parse(text, SESSION, Path::new("")).ok()?;
-    Some(Session { scene, broken: text.starts_with(BROKEN) })
+    let mut table: toml::Table = text.parse().ok()?;
+    let lab = match table.remove(LAB) {
+        Some(toml::Value::Table(lab)) => Lab::parse(lab),
+        _ => Lab::default(),
+    };
+    let scene = Scene::parse(&table.to_string(), SESSION, Path::new("")).ok()?;
+    Some(Session { scene, lab, broken: text.starts_with(BROKEN) })
 }
 
 fn camera_key(index: usize) -> String {
     format!("camera_{}", index + 1)
 }
 
-fn camera_table(camera: &Camera) -> toml::Table {
-    let line = |(i, row): (usize, &crate::scene::row::Row)| format!("{} = {}\n", row.key, camera.get(i));
-    let text: String = Camera::ROWS.iter().enumerate().map(line).collect();
-    text.parse().expect("values print as TOML")
-}
-
 /// The camera of a table; nothing where a value does not fit.
 fn parse_camera(table: &toml::Table) -> Option<Camera> {
     let mut camera = Camera::default();
-    for (key, value) in table {
-        let index = Camera::ROWS.iter().position(|row| row.key == key)?;
-        camera.set(index, &Value::parse_or_text(&value.to_string())).ok()?;
-    }
-    Some(camera)
+    fill(&mut camera, table).then_some(camera)
 }
 
 #[cfg(test)]
@@ -233,9 +236,14 @@ mod tests {
     fn a_session_tells_how_its_window_ended() {
         let mut scene = Scene::of_volume("asset:smoke-column");
         scene.medium.g = 0.1;
-        let text = scene.to_toml(Path::new(""));
-        assert_eq!(parse_session(&text), Some(Session { scene: scene.clone(), broken: false }));
-        assert_eq!(parse_session(&format!("{BROKEN}{text}")), Some(Session { scene, broken: true }));
+        let mut lab = Lab { own: Some(crate::app::lab::Own::copy(&scene)), ..Lab::default() };
+        lab.controls.open = true;
+        for broken in [false, true] {
+            let session = Session { scene: scene.clone(), lab: lab.clone(), broken };
+            assert_eq!(parse_session(&session_text(&scene, &lab, broken)), Some(session));
+        }
+        let old = Session { scene: scene.clone(), lab: Lab::default(), broken: false };
+        assert_eq!(parse_session(&scene.to_toml(Path::new(""))), Some(old), "from before there was a lab");
         assert_eq!((parse_session(""), parse_session("medium = 3")), (None, None));
     }
 }

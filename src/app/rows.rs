@@ -9,7 +9,7 @@ use super::widgets::{
 use crate::app::theme::icon;
 use crate::scene::row::{Row, Scale as Spread};
 use crate::scene::value::{Kind, Value};
-use crate::scene::{Light, Scene};
+use crate::scene::{FreeFlight, Light, Scene, Transmittance};
 
 /// Segments rather than a list for so many choices, of so many letters in all.
 const SEGMENTS: usize = 4;
@@ -63,11 +63,15 @@ impl Rows<'_> {
         let (Some(row), Some(value)) = (self.scene.row(key), self.scene.get(key)) else { return };
         let default = self.default(key);
         let changed = default.as_ref() != Some(&value);
+        let biased = match (row.kind, &value) {
+            (Kind::Choice(_), Value::Text(name)) => is_biased(key, name),
+            _ => !row.biased.is_empty() && self.scene.tracking.bias().is_some(),
+        };
         let head = Head {
             label: row.label,
             symbol: row.symbol,
             changed,
-            biased: false,
+            biased,
             tip: Tip { key, text: row.help.trim(), cost: row.effect.cost() },
         };
         let is_auto = matches!((&value, row.word), (Value::Text(t), Some(word)) if t == word);
@@ -104,7 +108,12 @@ impl Rows<'_> {
                 (Value::Bool(on), response)
             }
             Kind::Choice(choices) => {
-                let names: Vec<Choice> = choices.iter().map(|c| Choice::new(c.label)).collect();
+                let choice = |name: &str, label| Choice {
+                    biased: is_biased(key, name),
+                    blocked: if self.can_be(key, name) { "" } else { NEEDS_FORMULA },
+                    ..Choice::new(label)
+                };
+                let names: Vec<Choice> = choices.iter().map(|c| choice(c.name, c.label)).collect();
                 let place = |v: Option<&Value>| {
                     choices.iter().position(|c| matches!(v, Some(Value::Text(t)) if t == c.name)).unwrap_or(0)
                 };
@@ -173,10 +182,19 @@ impl Rows<'_> {
             // Set in the scene file.
             Kind::Matrix | Kind::Bounds | Kind::Pair => return,
         };
-        self.apply(key, row, new, &response, default);
+        self.apply(ui, key, row, new, &response, default);
     }
 
-    fn apply(&mut self, key: &str, row: &Row, new: Value, response: &RowResponse, default: Option<Value>) {
+    /// Whether an estimator can be chosen, with a change of other ones if need be.
+    fn can_be(&self, key: &str, name: &str) -> bool {
+        if !key.starts_with(TRACKING) {
+            return true;
+        }
+        let mut scene = self.scene.clone();
+        scene.assign(key, &Value::Text(name.into())).is_ok() && (scene.check().is_ok() || fitted(&scene, key).is_some())
+    }
+
+    fn apply(&mut self, ui: &Ui, key: &str, row: &Row, new: Value, response: &RowResponse, default: Option<Value>) {
         self.dragging |= response.dragging;
         let new = match (response.auto, response.reset, row.word, default) {
             (true, _, Some(word), _) => Value::Text(word.into()),
@@ -186,9 +204,96 @@ impl Rows<'_> {
         };
         // A value that does not fit (a vector of length 0, say) is not taken; the row shows the old one again.
         let old = self.scene.clone();
-        if self.scene.assign(key, &new).is_err() || self.scene.check().is_err() {
+        if self.scene.assign(key, &new).is_err() {
             *self.scene = old;
+            return;
         }
+        if self.scene.check().is_ok() {
+            // While a slider moves, what it changed on its way is still news.
+            if key.starts_with(TRACKING) && !response.dragging {
+                ui.data_mut(|data| data.remove::<String>(note_id()));
+            }
+            return;
+        }
+        match fitted(self.scene, key) {
+            Some((scene, note)) => {
+                *self.scene = scene;
+                ui.data_mut(|data| data.insert_temp(note_id(), note));
+            }
+            None => *self.scene = old,
+        }
+    }
+}
+
+/// Settings that must fit one another.
+const TRACKING: &str = "tracking.";
+/// Why the closed forms cannot be chosen for voxels.
+const NEEDS_FORMULA: &str = "analytic volumes only";
+
+fn note_id() -> egui::Id {
+    egui::Id::unique("what was changed to fit")
+}
+
+/// What was changed beside the last choice, so that the estimators fit one another; "" if nothing was.
+pub fn fitting_note(ui: &Ui) -> String {
+    ui.data(|data| data.get_temp(note_id())).unwrap_or_default()
+}
+
+/// Whether a choice makes the picture biased, by itself.
+fn is_biased(key: &str, name: &str) -> bool {
+    let mut scene = Scene::default();
+    key.starts_with(TRACKING) && scene.assign(key, &Value::Text(name.into())).is_ok() && scene.tracking.bias().is_some()
+}
+
+/// `scene`, which does not fit since the setting `key` was chosen, with the fewest other estimators changed to the nearest
+/// that fit; and what was changed, in words. `None` if there is no way.
+pub fn fitted(scene: &Scene, key: &str) -> Option<(Scene, String)> {
+    let tracking = &scene.tracking;
+    let flight = match tracking.free_flight {
+        FreeFlight::ClosedForm => FreeFlight::Regular,
+        FreeFlight::Decomposition | FreeFlight::WeightedDecomposition => FreeFlight::WeightedDecomposition,
+        _ => FreeFlight::WeightedDelta,
+    };
+    let shadows = match tracking.transmittance {
+        Transmittance::ClosedForm => Transmittance::Regular,
+        _ => Transmittance::Ratio,
+    };
+    let text = |name: &str| Value::Text(name.into());
+    let ways = [
+        ("tracking.control", text("min")),
+        ("tracking.majorant_factor", Value::Float(1.0)),
+        ("tracking.free_flight", text(flight.name())),
+        ("tracking.transmittance", text(shadows.name())),
+    ];
+    let open: Vec<&(&str, Value)> =
+        ways.iter().filter(|(k, new)| *k != key && scene.get(k).as_ref() != Some(new)).collect();
+    // One bit for each way: fewer changes first, then in the order above.
+    let mut sets: Vec<u32> = (1..1 << open.len()).collect();
+    sets.sort_by_key(|set| set.count_ones());
+    for set in sets {
+        let mut other = scene.clone();
+        let chosen = open.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1).map(|(_, way)| way);
+        let mut words = Vec::new();
+        for (k, new) in chosen {
+            let (Some(row), Some(old)) = (scene.row(k), scene.get(k)) else { continue };
+            if other.assign(k, new).is_ok() {
+                words.push(format!("{} was {}, is now {}", row.label, shown(row, &old), shown(row, new)));
+            }
+        }
+        if other.check().is_ok() {
+            let row = scene.row(key)?;
+            let value = scene.get(key).map_or(String::new(), |v| shown(row, &v));
+            return Some((other, format!("{}: needed by {} {value}.", words.join("; "), row.label.to_lowercase())));
+        }
+    }
+    None
+}
+
+/// A value as the panel names it.
+fn shown(row: &Row, value: &Value) -> String {
+    match value {
+        Value::Text(name) => row.choice(name).map_or(name.clone(), |choice| choice.label.to_owned()),
+        other => other.to_string(),
     }
 }
 

@@ -12,6 +12,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::window::{Fullscreen, Window, WindowId};
 
 use super::actions::Action;
+use super::lab::compare::REFERENCE;
 use super::picture::Presenter;
 use super::prefs::Prefs;
 use super::widgets::Kind;
@@ -291,8 +292,8 @@ impl Shell {
         // Two surfaces of one window do not go together.
         drop(canvas);
         let canvas = Canvas::new(&window, self.present_mode())?;
-        self.app.presenter = Some(Arc::new(canvas.presenter()?));
-        if let Some(engine) = &mut self.app.engine {
+        self.app.presenter = Some(canvas.presenter()?);
+        for engine in self.app.engine.iter_mut().chain(&mut self.app.b) {
             engine.recover(canvas.gpu.clone())?;
         }
         input.set_max_texture_side(canvas.max_texture_side());
@@ -313,7 +314,7 @@ impl Shell {
         let Some(open) = &self.open else { return };
         match open.canvas.presenter() {
             Ok(presenter) => {
-                self.app.presenter = Some(Arc::new(presenter));
+                self.app.presenter = Some(presenter);
                 self.app.act(Action::ReloadShaders, now);
             }
             Err(e) => self.app.report(now, &e),
@@ -331,7 +332,7 @@ impl Shell {
             open.canvas.gpu.lose();
         }
         let raw = open.input.take_egui_input(&open.window);
-        let traced_before = self.app.engine.as_ref().map_or(0.0, |e| e.figures.seconds);
+        let traced_before = self.app.traced_seconds();
         let app = &mut self.app;
         let benchmarking = self.benchmark.is_some();
         let mut output = self.context.run_ui(raw, |ui| {
@@ -364,8 +365,8 @@ impl Shell {
         }
         open.canvas.gpu.check()?;
         let frame = begin.elapsed().as_secs_f64();
-        if let Some(engine) = &mut app.engine {
-            let traced = (engine.figures.seconds - traced_before).clamp(0.0, frame);
+        let traced = (app.traced_seconds() - traced_before).clamp(0.0, frame);
+        for engine in app.engine.iter_mut().chain(&mut app.b) {
             engine.note_overhead(frame - traced);
         }
         app.prefs.zoom = self.context.zoom_factor();
@@ -418,7 +419,7 @@ impl Shell {
     fn end(&mut self, event_loop: &ActiveEventLoop, error: Option<Error>) {
         if self.benchmark.is_none()
             && self.open.is_some()
-            && let Err(e) = self.app.prefs.save(&self.app.scene)
+            && let Err(e) = self.app.prefs.save(&self.app.scene, &self.app.lab)
         {
             log::warn!("preferences were not saved: {e}");
         }
@@ -480,10 +481,13 @@ fn given_up(losses: &mut Vec<f64>, now: f64) -> bool {
 fn ask(key: String) -> Dialog {
     let (send, answer) = mpsc::channel();
     let maps = key.starts_with("lights.");
+    let references = key == REFERENCE;
     std::thread::spawn(move || {
         let dialog = rfd::FileDialog::new().set_title("Open");
         let dialog = if maps {
             dialog.add_filter("Environment maps", &["exr", "hdr"])
+        } else if references {
+            dialog.add_filter("Pictures of radiance", &["exr", "pfm"])
         } else {
             dialog.add_filter("Volumes, scenes, pictures", &["vdb", "nvdb", "toml", "png", "exr", "hdr"])
         };

@@ -122,6 +122,8 @@ pub const LIGHT: Theme = Theme {
 
 /// The world's axes X, Y, Z on the picture, muted; the same in both themes, since the picture is.
 pub const AXES: [Color32; 3] = [rgb(0xC4706A), rgb(0x86A878), rgb(0x6E93C8)];
+/// A pixel that is not finite: a colour that no picture and no overlay has.
+pub const FLAG: Color32 = rgb(0xFF00FF);
 /// The letters on them.
 pub const AXIS_TEXT: Color32 = grey(0x14);
 

@@ -51,7 +51,7 @@ pub struct RenderArgs {
     /// Write statistics as JSON
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
-    /// Add a layer (EXR only): transmittance, depth, albedo, single, multiple, variance, samples
+    /// Add a layer (EXR only): transmittance, depth, albedo, single, multiple, variance, samples, lookups, steps
     #[arg(long, value_name = "NAME", value_parser = aov)]
     pub aov: Vec<Aov>,
     /// Frames of a sequence, A to B inclusive
@@ -151,7 +151,9 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<()> {
                 let aov = args.aov.iter().any(|a| a.needs_sums());
                 let source = Source::standard();
                 let medium = Medium::new(&gpu, field.clone(), &frame_scene)?;
-                none.insert(Renderer::new(gpu.clone(), source, &frame_scene, medium, size, aov)?)
+                let mut renderer = Renderer::new(gpu.clone(), source, &frame_scene, medium, size, aov)?;
+                renderer.count_cost(args.aov.iter().any(|a| a.needs_cost()))?;
+                none.insert(renderer)
             }
         };
         if warnings.is_empty() {
@@ -161,9 +163,11 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<()> {
             }
         }
         let picture = run.picture(renderer, &frame_scene)?;
-        let stats = run.stats(renderer, &frame_scene, &picture, &warnings);
+        let mut stats = run.stats(renderer, &frame_scene, &picture, &warnings);
         let image = picture.sums.image(&args.aov, frame_scene.medium.albedo.0, picture.variance.as_deref());
-        save::picture(&path, &image, &frame_scene, &stats)?;
+        if !save::overlay(&path, &picture.sums, &frame_scene, &mut stats)? {
+            save::picture(&path, &image, &frame_scene, &stats)?;
+        }
         if let Some(stats_path) = &args.stats {
             picture::write_whole(stats_path, |f| writeln!(f, "{stats:#}"))?;
         }
@@ -345,6 +349,7 @@ impl Run<'_> {
         self.counters.shadow_rays += c.shadow_rays;
         self.counters.nonfinite += c.nonfinite;
         self.counters.capped += c.capped;
+        self.counters.violations += c.violations;
     }
 
     fn stats(&self, r: &Renderer, scene: &Scene, picture: &Picture, warnings: &[Warning]) -> serde_json::Value {
@@ -367,6 +372,10 @@ impl Run<'_> {
         if self.counters.capped > 0 {
             warnings.push(format!("{} lanes reached the iteration cap. [capped]", self.counters.capped));
         }
+        // A factor below 1 makes bounds that do not bound, on purpose.
+        if self.counters.violations > 0 && scene.tracking.majorant_factor >= 1.0 {
+            warnings.push(format!("{} lookups lay above their bound. [bounds]", self.counters.violations));
+        }
         let c = &self.counters;
         let mut stats = save::stats(r, &picture.sums, picture.samples);
         let own = json!({
@@ -384,6 +393,8 @@ impl Run<'_> {
             "lookups_per_path": c.lookups as f64 / self.paths.max(1.0),
             "relative_error": error,
             "nonfinite": c.nonfinite,
+            "capped": c.capped,
+            "violations": c.violations,
             "warnings": warnings,
         });
         if let (Some(all), serde_json::Value::Object(own)) = (stats.as_object_mut(), own) {
@@ -477,8 +488,14 @@ mod tests {
 
     #[test]
     fn spread_is_the_variance_between_runs() {
-        let run =
-            |x: f64| Sums { width: 1, height: 1, sum: vec![[x; 4]], square: vec![[0.0, 0.0, 0.0, 1.0]], extra: vec![] };
+        let run = |x: f64| Sums {
+            width: 1,
+            height: 1,
+            sum: vec![[x; 4]],
+            square: vec![[0.0, 0.0, 0.0, 1.0]],
+            extra: vec![],
+            cost: vec![],
+        };
         let mut spread = Spread::default();
         [1.0, 2.0, 6.0].into_iter().for_each(|x| spread.add(&run(x)));
         assert!((spread.variance()[0][0] - 7.0).abs() < 1e-12);

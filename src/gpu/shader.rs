@@ -27,6 +27,7 @@ catalogue![
     "core/params",
     "core/ray",
     "core/rng",
+    "display/difference",
     "display/present",
     "display/tone_map",
     "film/film",

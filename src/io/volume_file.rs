@@ -32,7 +32,7 @@ pub struct Asset {
 }
 
 /// The volumes that the program carries; their licences are told in `assets/README.md` as well.
-pub static ASSETS: [Asset; 2] = [
+pub static ASSETS: [Asset; 3] = [
     Asset {
         name: "disney-cloud",
         label: "Disney cloud",
@@ -48,6 +48,13 @@ pub static ASSETS: [Asset; 2] = [
         text: "A frame of a simulation of rising smoke.",
         licence: "MIT or Apache-2.0: own work of the nephele project",
         bytes: include_bytes!("../../assets/volumes/smoke-column.vdb"),
+    },
+    Asset {
+        name: "fire",
+        label: "Fire",
+        text: "The smoke of a frame of a simulated fire.",
+        licence: "MIT or Apache-2.0: own work of the nephele project",
+        bytes: include_bytes!("../../assets/volumes/fire.vdb"),
     },
 ];
 
@@ -556,7 +563,7 @@ mod tests {
         assert!(super::asset("clouds/asset:x.vdb").unwrap().is_none(), "a file");
         let error = open(Path::new("asset:disney-clod")).unwrap_err();
         assert_eq!((error.code, &*error.hint), (Code::NotFound, "Did you mean asset:disney-cloud?"));
-        assert_eq!(error.why, "There are asset:disney-cloud, asset:smoke-column.");
+        assert_eq!(error.why, "There are asset:disney-cloud, asset:smoke-column, asset:fire.");
     }
 
     #[test]

@@ -50,7 +50,14 @@ pub struct Film {
     pub totals: [wgpu::Buffer; 3],
     /// Event counters.
     pub counters: wgpu::Buffer,
+    /// Cost of each pixel's paths (see [`Sums::cost`]), while it is counted.
+    pub cost: wgpu::Buffer,
+    /// Whether it is counted.
+    pub counts_cost: bool,
 }
+
+/// Bytes of a buffer that nothing is kept in: an extra layer's or cost's one pixel.
+const EMPTY: u64 = 32;
 
 impl Film {
     /// A cleared film.
@@ -64,15 +71,8 @@ impl Film {
                 .why(format!("It takes a buffer of {largest} bytes; {} lends {most}.", gpu.info.name))
                 .hint("Choose a smaller film.width and film.height."));
         }
-        let buffer = |label: &str, size: u64| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size,
-                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
-        let extra = if aov { 2 * bytes } else { 32 };
+        let buffer = |label: &str, size: u64| buffer(gpu, label, size);
+        let extra = if aov { 2 * bytes } else { EMPTY };
         let film = Film {
             width,
             height,
@@ -86,9 +86,28 @@ impl Film {
                 buffer("layers total", extra),
             ],
             counters: buffer("counters", 8 * COUNTERS as u64),
+            cost: buffer("cost", EMPTY),
+            counts_cost: false,
         };
         gpu.check()?;
         Ok(film)
+    }
+
+    /// Begins to count the cost of each pixel, from nothing, or ends it; whether that is a change. The picture stays.
+    pub fn count_cost(&mut self, gpu: &Gpu, on: bool) -> Result<bool> {
+        if on == self.counts_cost {
+            return Ok(false);
+        }
+        let bytes = 2 * self.sum.size();
+        if on && bytes > gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size) {
+            return Err(Error::new(Code::TooLarge, "The picture is too large to count what each pixel costs.")
+                .why(format!("It takes a buffer of {bytes} bytes, more than {} lends.", gpu.info.name))
+                .hint("Choose a smaller film.width and film.height."));
+        }
+        self.cost = buffer(gpu, "cost", if on { bytes } else { EMPTY });
+        gpu.check()?;
+        self.counts_cost = on;
+        Ok(true)
     }
 
     /// Block buffers, in the order of `totals`.
@@ -98,14 +117,14 @@ impl Film {
 
     /// Clears everything.
     pub fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
-        for buffer in self.blocks().into_iter().chain(&self.totals).chain([&self.counters]) {
+        for buffer in self.blocks().into_iter().chain(&self.totals).chain([&self.counters, &self.cost]) {
             encoder.clear_buffer(buffer, 0, None);
         }
     }
 
     /// Bytes on the adapter.
     pub fn bytes(&self) -> u64 {
-        self.blocks().into_iter().chain(&self.totals).map(wgpu::Buffer::size).sum()
+        self.blocks().into_iter().chain(&self.totals).chain([&self.cost]).map(wgpu::Buffer::size).sum()
     }
 
     /// The counters so far; blocks.
@@ -132,7 +151,63 @@ impl Film {
             Ok(block.iter().zip(&total).map(add).collect())
         };
         let extra = if self.aov { total(2)? } else { Vec::new() };
-        Ok(Sums { width: self.width, height: self.height, sum: total(0)?, square: total(1)?, extra })
+        let cost = if self.counts_cost { readback::values(gpu, &self.cost)? } else { Vec::new() };
+        Ok(Sums { width: self.width, height: self.height, sum: total(0)?, square: total(1)?, extra, cost })
+    }
+}
+
+fn buffer(gpu: &Gpu, label: &str, size: u64) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
+
+/// What a pixel's paths did since counting began, as shaders/film/film.wgsl lays it out; the events of [`Counters`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Cost {
+    /// Density lookups.
+    pub lookups: u32,
+    /// Majorant segments walked.
+    pub steps: u32,
+    /// Null collisions of free flights.
+    pub nulls: u32,
+    /// Real collisions.
+    pub reals: u32,
+    /// Shadow rays.
+    pub shadows: u32,
+    /// Lookups of a density above its bound.
+    pub violations: u32,
+    /// Samples that were not finite.
+    pub nonfinite: u32,
+    /// Samples that all of this belongs to.
+    pub samples: u32,
+}
+
+impl Cost {
+    /// A count per sample; `None` before the first.
+    pub fn per_sample(&self, count: u32) -> Option<f64> {
+        (self.samples > 0).then(|| f64::from(count) / f64::from(self.samples))
+    }
+
+    /// Share of null collisions among those of free flights; `None` where there were none.
+    pub fn null_share(&self) -> Option<f64> {
+        let all = f64::from(self.nulls) + f64::from(self.reals);
+        (all > 0.0).then(|| f64::from(self.nulls) / all)
+    }
+
+    fn add(&mut self, other: &Cost) {
+        self.lookups += other.lookups;
+        self.steps += other.steps;
+        self.nulls += other.nulls;
+        self.reals += other.reals;
+        self.shadows += other.shadows;
+        self.violations += other.violations;
+        self.nonfinite += other.nonfinite;
+        self.samples += other.samples;
     }
 }
 
@@ -150,6 +225,8 @@ pub struct Sums {
     /// Two for each pixel where layers are kept: single scattering and first free flights; multiple scattering and
     /// their squares.
     pub extra: Vec<[f64; 4]>,
+    /// Cost of each pixel where it is counted.
+    pub cost: Vec<Cost>,
 }
 
 impl Sums {
@@ -163,6 +240,7 @@ impl Sums {
         add(&mut self.sum, &other.sum);
         add(&mut self.square, &other.square);
         add(&mut self.extra, &other.extra);
+        self.cost.iter_mut().zip(&other.cost).for_each(|(a, b)| a.add(b));
     }
 
     /// Mean radiance of a pixel.
@@ -206,6 +284,7 @@ impl Sums {
             let value = |p: usize| -> Vec<f64> {
                 let n = samples(p);
                 let hits = self.sum[p][3];
+                let cost = self.cost.get(p).copied().unwrap_or_default();
                 match name {
                     Aov::Transmittance => vec![1.0 - hits / n],
                     Aov::Albedo => albedo.map(|a| a * hits / n).to_vec(),
@@ -220,6 +299,8 @@ impl Sums {
                         let square = self.extra[2 * p + 1][3] / hits.max(1.0);
                         vec![mean, (square - mean * mean).max(0.0).sqrt()]
                     }
+                    Aov::Lookups => vec![cost.per_sample(cost.lookups).unwrap_or(0.0)],
+                    Aov::Steps => vec![cost.per_sample(cost.steps).unwrap_or(0.0)],
                 }
             };
             let channels = name.channels().iter().map(|c| (*c).to_owned()).collect();
@@ -247,12 +328,25 @@ pub enum Aov {
     Variance,
     /// Samples.
     Samples,
+    /// Density lookups per sample.
+    Lookups,
+    /// Majorant segments walked per sample.
+    Steps,
 }
 
 impl Aov {
     /// All of them.
-    pub const ALL: [Aov; 7] =
-        [Aov::Transmittance, Aov::Depth, Aov::Albedo, Aov::Single, Aov::Multiple, Aov::Variance, Aov::Samples];
+    pub const ALL: [Aov; 9] = [
+        Aov::Transmittance,
+        Aov::Depth,
+        Aov::Albedo,
+        Aov::Single,
+        Aov::Multiple,
+        Aov::Variance,
+        Aov::Samples,
+        Aov::Lookups,
+        Aov::Steps,
+    ];
 
     /// Its name on the command line and in files.
     pub fn name(self) -> &'static str {
@@ -264,13 +358,15 @@ impl Aov {
             Aov::Multiple => "multiple",
             Aov::Variance => "variance",
             Aov::Samples => "samples",
+            Aov::Lookups => "lookups",
+            Aov::Steps => "steps",
         }
     }
 
     /// Its channels.
     pub fn channels(self) -> &'static [&'static str] {
         match self {
-            Aov::Transmittance | Aov::Samples => &[""],
+            Aov::Transmittance | Aov::Samples | Aov::Lookups | Aov::Steps => &[""],
             Aov::Depth => &["mean", "spread"],
             _ => &["R", "G", "B"],
         }
@@ -279,5 +375,10 @@ impl Aov {
     /// Whether the film must keep extra sums for it.
     pub fn needs_sums(self) -> bool {
         matches!(self, Aov::Depth | Aov::Single | Aov::Multiple)
+    }
+
+    /// Whether the film must count what each pixel costs for it.
+    pub fn needs_cost(self) -> bool {
+        matches!(self, Aov::Lookups | Aov::Steps)
     }
 }

@@ -13,15 +13,18 @@ use crate::scene::{Phase, Scene};
 
 pub mod field;
 pub mod film;
+pub mod heat;
 pub mod lights;
 pub mod medium;
 pub mod pace;
 pub mod params;
+pub mod peek;
 pub mod pipeline;
 pub mod self_test;
 pub mod tracking;
 
 use film::{BLOCK, Film};
+use heat::{Gauge, Range};
 use lights::{DomeBuffers, LightData, Lights};
 use medium::Medium;
 use params::{Params, Slice};
@@ -74,6 +77,9 @@ pub struct Renderer {
     pass_samples: u32,
     next_group: u32,
     picture: wgpu::Texture,
+    gauge: Gauge,
+    /// Someone beside the overlay wants to know what each pixel costs.
+    counts_cost: bool,
 }
 
 /// A pipeline that a worker thread builds.
@@ -112,7 +118,7 @@ impl Renderer {
         let mut dome = None;
         let light_group = lights.bind_group(&gpu, &layouts.lights, &mut dome);
         let film_group = layouts.film_group(&gpu, &film);
-        let renderer = Renderer {
+        let mut renderer = Renderer {
             scene: scene.clone(),
             medium,
             film,
@@ -135,8 +141,11 @@ impl Renderer {
             pass_samples: 0,
             next_group: 0,
             picture: pipeline::picture_texture(&gpu, 1, 1),
+            gauge: Gauge::new(&gpu),
+            counts_cost: false,
             gpu,
         };
+        renderer.match_cost()?;
         renderer.gpu.check()?;
         Ok(renderer)
     }
@@ -203,12 +212,36 @@ impl Renderer {
             self.lights = lights;
             self.restart();
         }
+        self.match_cost()?;
         if changes.accumulation || changes.view {
-            let params = Params::of(&self.scene, &self.medium, &self.lights, self.size.0, self.size.1);
-            self.tiles = params.tiles;
-            self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+            self.write_params();
         }
         self.gpu.check()
+    }
+
+    fn write_params(&mut self) {
+        let overlay = self.scene.display.overlay;
+        let mut params = Params::of(&self.scene, &self.medium, &self.lights, self.size.0, self.size.1);
+        if let (Some(look), Some(range)) = (heat::look(overlay), self.gauge.range(overlay)) {
+            range.write(&look, &mut params);
+        }
+        self.tiles = params.tiles;
+        self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
+    }
+
+    /// Counts what each pixel costs from now on, whatever the overlay; or no longer.
+    pub fn count_cost(&mut self, on: bool) -> Result<()> {
+        self.counts_cost = on;
+        self.match_cost()
+    }
+
+    /// Counts what each pixel costs where that is wanted. The picture goes on.
+    fn match_cost(&mut self) -> Result<()> {
+        let overlay = heat::look(self.scene.display.overlay).is_some_and(|look| look.cost);
+        if self.film.count_cost(&self.gpu, self.counts_cost || overlay)? {
+            self.film_group = self.layouts.film_group(&self.gpu, &self.film);
+        }
+        Ok(())
     }
 
     /// Clears the film.
@@ -223,6 +256,10 @@ impl Renderer {
 
     /// The variant of the path tracer that the scene asks for.
     pub fn variant(&self) -> Variant {
+        self.variant_counting(self.film.counts_cost)
+    }
+
+    fn variant_counting(&self, cost: bool) -> Variant {
         let phase = match self.scene.medium.phase {
             Phase::Isotropic => "phase/isotropic",
             Phase::Rayleigh => "phase/rayleigh",
@@ -233,6 +270,7 @@ impl Renderer {
             .slot("phase", phase)
             .flag("CAMERA_LENS", self.scene.camera.aperture_radius > 0.0)
             .flag("FILM_AOV", self.film.aov)
+            .flag("FILM_COST", cost)
             .count("TRACK_STEPS", if self.medium.is_local() { TRACK_STEPS_LOCAL } else { TRACK_STEPS_GLOBAL });
         let variant = tracking::variant(&self.scene, self.medium.is_analytic(), variant);
         self.medium.variant(self.lights.variant(variant))
@@ -240,7 +278,7 @@ impl Renderer {
 
     /// Builds the pipeline for the scene as it stands, its driver's compiler included; blocks.
     pub fn prepare(&mut self) -> Result<()> {
-        while !self.poll()? {
+        while !self.poll()? || !self.pipelines.contains_key(&self.variant()) {
             let building = self.building.take().expect("poll began to build what is not there");
             let pipeline = building.result.recv().expect("the worker sends before it ends");
             self.pipelines.insert(building.variant, Arc::new(pipeline?));
@@ -248,8 +286,13 @@ impl Renderer {
         Ok(())
     }
 
-    /// Whether the pipeline for the scene as it stands is there; begins to build it on a thread if not. An error is
-    /// reported once for each attempt.
+    /// The pipeline that draws the scene as it stands: while one that counts costs is built, the one that does not.
+    fn pipeline(&self) -> Option<&Arc<Pipeline>> {
+        self.pipelines.get(&self.variant()).or_else(|| self.pipelines.get(&self.variant_counting(false)))
+    }
+
+    /// Whether there is a pipeline that draws the scene as it stands; begins to build the one that it asks for on a
+    /// thread if that is not there. An error is reported once for each attempt.
     pub fn poll(&mut self) -> Result<bool> {
         if let Some(building) = &self.building {
             match building.result.try_recv() {
@@ -269,7 +312,7 @@ impl Renderer {
         if self.building.is_none() {
             self.building = Some(self.build(variant));
         }
-        Ok(false)
+        Ok(self.pipeline().is_some())
     }
 
     fn build(&self, variant: Variant) -> Building {
@@ -298,7 +341,9 @@ impl Renderer {
     /// Submits a piece of work; the next pass begins when the last is done. Returns the share of a sample of the whole
     /// picture that was submitted.
     pub fn submit(&mut self, work: Work) -> Result<f64> {
-        self.prepare()?;
+        if !self.poll()? {
+            self.prepare()?;
+        }
         if self.pass_samples == 0 {
             // A pass never crosses the end of a block, so that sums do not depend on how passes were cut.
             self.pass_samples = work.samples.clamp(1, BLOCK - self.samples % BLOCK);
@@ -307,7 +352,8 @@ impl Renderer {
         let slice =
             Slice { first_group: self.next_group, first_sample: self.samples, samples: self.pass_samples, unused: 0 };
         self.gpu.queue.write_buffer(&self.slice, 0, bytemuck::bytes_of(&slice));
-        dispatch(&self.gpu, &self.pipelines[&self.variant()], &self.bind_groups(), groups);
+        let pipeline = self.pipeline().expect("it was polled or prepared");
+        dispatch(&self.gpu, pipeline, &self.bind_groups(), groups);
         let done = f64::from(groups) / f64::from(self.tiles) * f64::from(self.pass_samples);
         self.next_group += groups;
         if self.next_group == self.tiles {
@@ -321,13 +367,21 @@ impl Renderer {
         Ok(done)
     }
 
-    /// Writes the picture so far to the texture that [`Renderer::picture`] gives.
+    /// Writes the picture so far to the texture that [`Renderer::picture`] gives, and finds the range of the overlay.
     pub fn resolve(&mut self) {
         let (width, height) = self.size;
         if (self.picture.width(), self.picture.height()) != (width, height) {
             self.picture = pipeline::picture_texture(&self.gpu, width, height);
         }
-        self.layouts.resolve(&self.gpu, &self.film, &self.params, &self.picture);
+        self.layouts.resolve(&self.gpu, &self.film, &self.params, &self.picture, &self.gauge.sparse);
+        if self.gauge.look(&self.gpu, self.scene.display.overlay, self.size) {
+            self.write_params();
+        }
+    }
+
+    /// From where to where the colours of the overlay go, once that is known.
+    pub fn overlay_range(&self) -> Option<Range> {
+        self.gauge.range(self.scene.display.overlay)
     }
 
     /// The picture as last resolved: linear radiance, and what the overlay shows in the fourth channel.

@@ -62,9 +62,9 @@ gpu_struct! {
         profile: [f32; 3],
         profile_offset: f32,
         step: f32,
-        unused0: u32,
-        unused1: u32,
-        unused2: u32,
+        overlay_low: f32,
+        overlay_high: f32,
+        overlay_log: u32,
     }
 }
 
@@ -127,7 +127,7 @@ pub fn fit_distance(camera: &Camera, low: DVec3, high: DVec3, aspect: f64) -> f6
 }
 
 impl Params {
-    /// The uniform for a picture of `width` × `height` pixels of `scene`.
+    /// The uniform for a picture of `width` × `height` pixels of `scene`; the overlay's range is `heat::Range::write`'s.
     pub fn of(scene: &Scene, medium: &Medium, lights: &Lights, width: u32, height: u32) -> Params {
         let aspect = f64::from(width) / f64::from(height);
         let view = View::of(&scene.camera, &medium.field, aspect);
@@ -199,9 +199,9 @@ impl Params {
             profile: gradient.as_vec3().to_array(),
             profile_offset: offset as f32,
             step: (scene.tracking.step * medium.texel()) as f32,
-            unused0: 0,
-            unused1: 0,
-            unused2: 0,
+            overlay_low: 0.0,
+            overlay_high: 0.0,
+            overlay_log: 0,
         }
     }
 }

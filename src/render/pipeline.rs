@@ -79,7 +79,7 @@ impl Layouts {
                     entry(2, readable),
                 ],
             ),
-            film: layout("film", &[writable(0), writable(1), writable(2), writable(3)]),
+            film: layout("film", &[writable(0), writable(1), writable(2), writable(3), writable(4)]),
             medium_filtered: medium(true),
             medium_plain: medium(false),
             flush: compute(gpu, &plain, "film/flush", "flush_main", &Variant::default(), None)?,
@@ -113,7 +113,7 @@ impl Layouts {
 
     /// Bind group 3.
     pub fn film_group(&self, gpu: &Gpu, film: &Film) -> wgpu::BindGroup {
-        group(gpu, &self.film, &[&film.sum, &film.square, &film.extra, &film.counters])
+        group(gpu, &self.film, &[&film.sum, &film.square, &film.extra, &film.counters, &film.cost])
     }
 
     /// Adds the film's block sums to the totals.
@@ -135,13 +135,28 @@ impl Layouts {
 }
 
 impl Layouts {
-    /// Writes the picture of `film` to `picture`, a storage texture of its size.
-    pub fn resolve(&self, gpu: &Gpu, film: &Film, params: &wgpu::Buffer, picture: &wgpu::Texture) {
+    /// Writes the picture of `film` to `picture`, a storage texture of its size, and a few pixels of the overlay to
+    /// `sparse`.
+    pub fn resolve(
+        &self,
+        gpu: &Gpu,
+        film: &Film,
+        params: &wgpu::Buffer,
+        picture: &wgpu::Texture,
+        sparse: &wgpu::Buffer,
+    ) {
         let frame = group(gpu, &self.resolve.get_bind_group_layout(0), &[params]);
         let view = picture.create_view(&wgpu::TextureViewDescriptor::default());
-        let buffers = [&film.sum, &film.square, &film.totals[0], &film.totals[1]];
-        let mut entries: Vec<wgpu::BindGroupEntry> = (0..)
-            .zip(buffers)
+        let buffers = [
+            (0, &film.sum),
+            (1, &film.square),
+            (2, &film.totals[0]),
+            (3, &film.totals[1]),
+            (5, &film.cost),
+            (6, sparse),
+        ];
+        let mut entries: Vec<wgpu::BindGroupEntry> = buffers
+            .into_iter()
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
         entries.push(wgpu::BindGroupEntry { binding: 4, resource: wgpu::BindingResource::TextureView(&view) });

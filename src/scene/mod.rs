@@ -149,6 +149,10 @@ choice! {
         None = "none", "None", "The picture.";
         Noise = "noise", "Noise", "Relative standard error of each pixel.";
         Samples = "samples", "Samples", "Samples of each pixel.";
+        Lookups = "lookups", "Lookups", "Density lookups per sample.";
+        Steps = "steps", "Cell steps", "Segments of the bounds walked per sample.";
+        NullShare = "null-share", "Null share", "Share of null collisions among those of free flights.";
+        PathLength = "path-length", "Path length", "Real collisions per sample.";
     }
 }
 

@@ -7,6 +7,7 @@ use std::sync::LazyLock;
 use nephele::io::picture::{self, Loaded};
 use serde_json::Value;
 
+mod bench;
 mod doctor;
 mod exit;
 mod info;

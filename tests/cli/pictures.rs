@@ -262,3 +262,50 @@ fn an_old_picture_survives_a_failure() {
     assert_eq!(folder.names(), ["a.exr", "b.exr", "s.toml"]);
     assert!(is_whole(&folder.path("a.exr")));
 }
+
+#[test]
+fn statistics_say_biased_and_why() {
+    if !can_draw() {
+        return;
+    }
+    let folder = scene_folder();
+    let stats = |set: &str| {
+        folder.ok(&["render", "s.toml", "-o", "a.pfm", "--spp", "2", "--stats", "a.json", "--set", set]);
+        let stats = folder.json("a.json");
+        (stats["biased"].clone(), stats["bias"].clone())
+    };
+    assert_eq!(stats("tracking.transmittance=ratio"), (false.into(), Value::Null));
+    assert_eq!(stats("tracking.transmittance=jackknife"), (true.into(), "jackknife transmittance".into()));
+    assert_eq!(stats("tracking.free_flight=ray-marching"), (true.into(), "ray marching of free flights".into()));
+}
+
+#[test]
+fn overlays_are_pictures_and_costs_are_layers() {
+    if !can_draw() {
+        return;
+    }
+    let folder = scene_folder();
+    let draw = |out: &str, more: &[&str]| {
+        folder.ok(&[&["render", "s.toml", "-o", out, "--spp", "8", "--stats", "a.json"], more].concat());
+        folder.json("a.json")
+    };
+    let plain = draw("plain.png", &[]);
+    assert!(plain["overlay"].is_null());
+    let shown = draw("lookups.png", &["--set", "display.overlay=lookups"]);
+    assert_eq!(
+        (shown["overlay"]["name"].as_str(), shown["lookups"].clone()),
+        (Some("lookups"), plain["lookups"].clone())
+    );
+    assert!(shown["overlay"]["high"].as_f64().is_some_and(|high| high > 0.5), "{}", shown["overlay"]);
+    assert!(!same_pixels(&folder.picture("plain.png"), &folder.picture("lookups.png")));
+    // The data of other files is what it is without; layers add up to the counters.
+    let stats = draw("a.exr", &["--aov", "lookups", "--aov", "steps"]);
+    draw("b.exr", &["--set", "display.overlay=steps"]);
+    let (a, b) = (folder.picture("a.exr"), folder.picture("b.exr"));
+    assert!(a.image.layers[0].data == b.image.layers[0].data);
+    for (layer, total) in [("lookups", "lookups"), ("steps", "cell_steps")] {
+        let layer = a.image.layer(layer).expect("a layer");
+        let sum: f64 = layer.data.iter().map(|x| f64::from(*x)).sum();
+        assert!((8.0 * sum / stats[total].as_f64().expect("a count") - 1.0).abs() < 1e-5, "{total}: {sum}");
+    }
+}

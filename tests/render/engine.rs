@@ -3,11 +3,14 @@
 use std::sync::Arc;
 
 use nephele::app::engine::Engine;
+use nephele::app::lab::{Own, Reference, Share, turns};
 use nephele::gpu::device::Gpu;
-use nephele::scene::Scene;
 use nephele::scene::value::Auto;
+use nephele::scene::{MajorantKind, Scene, Transmittance};
 
-use super::{SIDE, WHOLE, accumulate, adapter, constant, look, renderer, standard, unit_cube};
+use super::{
+    Picture, SIDE, WHOLE, accumulate, adapter, all_hold, constant, look, one_sees, renderer, same, standard, unit_cube,
+};
 
 /// Seconds between frames.
 const FRAME: f64 = 0.05;
@@ -109,11 +112,12 @@ fn a_restart_from_outside_is_seen_at_once() {
     let Some(a) = adapter() else { return };
     let scene = scene();
     let mut driver = Driver::new(a.gpu.clone(), 100);
+    driver.engine.traced = true;
     driver.rest(&scene);
+    assert!(driver.engine.figures.error.is_some() && !driver.engine.trace.points.is_empty());
     driver.engine.renderer.as_mut().expect("drawn").restart();
-    let seconds = driver.engine.figures.seconds;
     assert!(driver.frame(&scene), "it begins again");
-    assert!(driver.engine.figures.seconds < seconds, "and so do its figures");
+    assert!(driver.engine.figures.error.is_none() && driver.engine.trace.points.is_empty(), "and so do its figures");
     driver.rest(&scene);
     assert_eq!(driver.engine.figures.samples, 100);
 }
@@ -155,4 +159,130 @@ fn a_lost_device_is_replaced() {
     driver.engine.sample_limit = 6;
     driver.rest(&cloud);
     assert_eq!(driver.sums(), whole, "the same picture as before the loss");
+}
+
+/// Seconds between frames of the lab: each may be a point of the trace.
+const LAB_FRAME: f64 = 1.0;
+
+/// Two engines under the lab's rules, B beside A.
+struct Pair {
+    a: Engine,
+    b: Engine,
+    share: Share,
+    now: f64,
+    /// The greatest lead of A over B, samples and seconds, once both are whole.
+    lead: (u32, f64),
+}
+
+impl Pair {
+    fn new(gpu: &Arc<Gpu>, share: Share, limit: u32) -> Pair {
+        let engine = || {
+            let mut engine = Engine::new(gpu.clone());
+            (engine.sample_limit, engine.traced) = (limit, true);
+            engine
+        };
+        Pair { a: engine(), b: engine(), share, now: 0.0, lead: (0, 0.0) }
+    }
+
+    /// Frames until both are done.
+    fn rest(&mut self, a: &Scene, b: &Scene) {
+        for _ in 0..MOST_FRAMES {
+            self.now += LAB_FRAME;
+            let standings = [self.a.standing(), self.b.standing()];
+            if standings.iter().all(|s| s.whole) {
+                let [a, b] = standings;
+                self.lead.0 = self.lead.0.max(a.samples.saturating_sub(b.samples));
+                self.lead.1 = self.lead.1.max(a.seconds - b.seconds);
+            }
+            [self.a.turn, self.b.turn] = turns(self.share, standings[0], standings[1]);
+            let mut busy = false;
+            self.b.follow(&self.a);
+            for (engine, scene) in [(&mut self.a, a), (&mut self.b, b)] {
+                let outcome = engine.frame(scene, VIEWPORT, self.now, false, false);
+                assert!(outcome.errors.is_empty(), "{:?}", outcome.errors);
+                busy |= outcome.busy;
+            }
+            if !busy {
+                return;
+            }
+            std::thread::sleep(std::time::Duration::from_micros(200));
+        }
+        panic!("the pictures never end: {:?} {:?}", self.a.figures, self.b.figures);
+    }
+
+    fn pictures(&self) -> [Picture; 2] {
+        [&self.a, &self.b].map(|engine| Picture {
+            sums: engine.sums().unwrap_or_else(|e| panic!("{e}")).expect("a picture"),
+            counters: engine.figures.counters,
+        })
+    }
+}
+
+/// A cloud, and the same with other estimators and another seed.
+fn sides() -> [Scene; 2] {
+    let mut a = scene();
+    a.volume = nephele::scene::Volume { resolution: 16, ..Default::default() };
+    look(&mut a, [0.0, 0.3, 4.0].into(), [0.0, 0.3, 0.0].into(), 35.0);
+    a.medium.density_scale = Auto::Is(8.0);
+    a.tracking.majorant = MajorantKind::Global;
+    let mut own = Own::beside(&a);
+    own.tracking.transmittance = Transmittance::ResidualRatio;
+    let b = own.beside_shared(&a);
+    [a, b]
+}
+
+#[test]
+fn the_sides_of_the_lab_meet_and_a_planted_difference_is_seen() {
+    let Some(adapter) = adapter() else { return };
+    let [a, b] = sides();
+    let mut pair = Pair::new(&adapter.gpu, Share::Samples, 256);
+    pair.rest(&a, &b);
+    assert_eq!((pair.a.figures.samples, pair.b.figures.samples), (256, 256));
+    assert!(pair.lead.0 <= 128, "B waits for a pass of A at most: {}", pair.lead.0);
+    let renderers = [&pair.a, &pair.b].map(|e| e.renderer.as_ref().expect("drawn"));
+    assert!(Arc::ptr_eq(&renderers[0].medium.field, &renderers[1].medium.field), "one volume in memory");
+    let [left, right] = pair.pictures();
+    all_hold(&same("two methods", &left, &right));
+    let lookups = [&pair.a, &pair.b].map(|e| e.figures.counters.lookups as f64 / e.figures.paths);
+    assert!(lookups[0] > 1.3 * lookups[1] && lookups[1] > 0.0, "one majorant for all costs lookups: {lookups:?}");
+
+    // B again, with what no unbiased method may do.
+    let mut wrong = b.clone();
+    wrong.medium.albedo.0 = [0.95; 3];
+    pair.rest(&a, &wrong);
+    let [left, right] = pair.pictures();
+    one_sees("an albedo that is a little lower", &same("A and a wrong B", &left, &right));
+}
+
+#[test]
+fn points_of_the_trace_follow_the_picture() {
+    let Some(adapter) = adapter() else { return };
+    let [a, b] = sides();
+    let mut pair = Pair::new(&adapter.gpu, Share::Samples, 1024);
+    pair.rest(&a, &b);
+    let trace = pair.a.trace.clone();
+    assert!(trace.points.len() >= 4, "{trace:?}");
+    assert!(trace.points.windows(2).all(|p| p[1].samples > p[0].samples && p[1].seconds > p[0].seconds));
+    for point in &trace.points {
+        let law = point.error * f64::from(point.samples).sqrt();
+        let last = trace.points[trace.points.len() - 1];
+        let ratio = law / (last.error * f64::from(last.samples).sqrt());
+        assert!((0.8..1.25).contains(&ratio), "error falls as the root of samples: {trace:?}");
+        let lookups = point.lookups / f64::from(point.samples);
+        let mean = pair.a.figures.counters.lookups as f64 / pair.a.figures.paths;
+        assert!((lookups / mean - 1.0).abs() < 0.1, "lookups of a sample: {lookups} for {mean}");
+    }
+
+    let sums = pair.a.sums().unwrap_or_else(|e| panic!("{e}")).expect("a picture");
+    let pixels = (0..sums.sum.len()).map(|p| sums.mean(p).map(|x| x as f32)).collect();
+    let reference = Arc::new(Reference { name: String::new(), size: VIEWPORT, pixels });
+    (pair.a.reference, pair.b.reference) = (Some(reference.clone()), Some(reference));
+    let mut other = a.clone();
+    other.integrator.seed = 7;
+    let mut wrong = b.clone();
+    wrong.medium.albedo.0 = [0.8; 3];
+    pair.rest(&other, &wrong);
+    let last = |engine: &Engine| engine.trace.points.last().and_then(|p| p.rel_mse).expect("against the reference");
+    assert!(last(&pair.a) < 0.3 * last(&pair.b), "{} and {}", last(&pair.a), last(&pair.b));
+    assert!(pair.a.reference.as_ref().is_some_and(|r| r.rel_mse(VIEWPORT, |p| sums.mean(p)).is_some_and(|e| e < 1e-9)));
 }

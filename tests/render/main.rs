@@ -18,6 +18,7 @@ mod support;
 mod camera;
 mod closed;
 mod colour;
+mod cost;
 mod engine;
 mod film;
 mod furnace;

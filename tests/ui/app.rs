@@ -4,6 +4,7 @@ use egui::{Key, Modifiers, Rect, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use nephele::app::App;
+use nephele::app::lab::Lab;
 use nephele::app::prefs::{Prefs, Session};
 use nephele::app::theme;
 use nephele::scene::value::Auto;
@@ -140,7 +141,7 @@ fn views_are_kept_and_come_back_and_a_way_there_is_undone() {
 fn the_last_session_is_offered_and_never_forced() {
     let mut last = Scene::default();
     last.medium.g = 0.3;
-    let session = |scene: &Scene| Some(Session { scene: scene.clone(), broken: true });
+    let session = |scene: &Scene| Some(Session { scene: scene.clone(), lab: Lab::default(), broken: true });
     let start = |scene: Scene, last: &Scene| {
         let mut prefs = Prefs::default();
         prefs.session = session(last);
@@ -172,7 +173,7 @@ fn the_last_session_is_offered_and_never_forced() {
 #[test]
 fn a_banner_stays_clear_of_the_drawer() {
     let mut prefs = Prefs::default();
-    prefs.session = Some(Session { scene: Scene::of_volume("a.vdb"), broken: false });
+    prefs.session = Some(Session { scene: Scene::of_volume("a.vdb"), lab: Lab::default(), broken: false });
     let mut harness = window(480.0, 320.0, App::new(Scene::default(), prefs));
     harness.run_steps(4);
     open_drawer(&mut harness);

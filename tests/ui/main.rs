@@ -4,7 +4,10 @@
 
 mod app;
 mod cards;
+mod closer;
 mod harness;
 mod invalidation;
+mod lab;
+mod method;
 mod snapshots;
 mod widgets;

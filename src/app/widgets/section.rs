@@ -15,7 +15,7 @@ pub struct Section<'a> {
     pub summary: &'a str,
     /// Some setting in it differs from its default: a dot before the summary while it is closed.
     pub changed: bool,
-    /// Some setting in it makes the picture biased: said in place of the summary.
+    /// Some setting in it makes the picture biased: said in place of a summary that does not say so itself.
     pub biased: bool,
     /// The first section has no line above it.
     pub first: bool,
@@ -44,6 +44,10 @@ impl Section<'_> {
         response
     }
 
+    fn state(&self) -> &str {
+        if self.biased && !self.summary.starts_with(BIASED) { BIASED } else { self.summary }
+    }
+
     fn header(&self, ui: &mut Ui, id: egui::Id, open: &mut bool) -> Response {
         let theme = Theme::of(ui);
         let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), size::HEADER), Sense::hover());
@@ -62,7 +66,7 @@ impl Section<'_> {
         response.widget_info(|| WidgetInfo::labeled(Role::DisclosureTriangle, ui.is_enabled(), self.title));
         ui.ctx().accesskit_node_builder(id, |node| {
             node.set_expanded(expanded);
-            let state = if self.biased { BIASED } else { self.summary };
+            let state = self.state();
             node.set_description(if self.changed { format!("{state}, changed") } else { state.into() });
         });
         if !ui.is_rect_visible(rect) {
@@ -82,8 +86,8 @@ impl Section<'_> {
         let title = text_at(ui, left, Align2::LEFT_CENTER, self.title, Type::Header, theme.text);
         let right = rect.right() - size::PADDING;
         let room = right - title.right() - 2.0 * size::PADDING;
-        let (word, kind, ink) =
-            if self.biased { (BIASED, Type::SmallValue, theme.warn) } else { (self.summary, Type::Small, theme.text3) };
+        let word = self.state();
+        let (kind, ink) = if self.biased { (Type::SmallValue, theme.warn) } else { (Type::Small, theme.text3) };
         let width = text_width(ui, word, kind).min(room);
         super::text_within(ui, pos2(right - width, y), width + 0.5, word, kind, ink);
         if self.changed && !expanded && !word.is_empty() {

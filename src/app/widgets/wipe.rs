@@ -5,7 +5,7 @@ use egui::{
     pos2, vec2,
 };
 
-use super::{focus_ring, icon_at, text_at, text_width};
+use super::{focus_ring, icon_at, text_at, text_width, text_within};
 use crate::app::theme::{Theme, Type, icon, size};
 
 /// What a chip says of its picture.
@@ -65,8 +65,7 @@ impl Wipe<'_> {
         if response.has_focus() {
             focus_ring(ui, Rect::from_center_size(handle, Vec2::splat(2.0 * HANDLE)));
         }
-        chip(ui, viewport, "A", self.a, theme.accent, Align2::LEFT_TOP);
-        chip(ui, viewport, "B", self.b, theme.series_b, Align2::RIGHT_TOP);
+        chips(ui, viewport, [Some(self.a), Some(self.b)]);
 
         let mut at = self.at;
         if response.dragged() {
@@ -83,11 +82,26 @@ impl Wipe<'_> {
     }
 }
 
-/// A chip in an upper corner of the viewport: nearly opaque, since it is text over the picture.
+/// The chips of A and B in the upper corners of the viewport, each where it is given.
+pub fn chips(ui: &Ui, viewport: Rect, [a, b]: [Option<Chip>; 2]) {
+    let theme = Theme::of(ui);
+    for (letter, side, ink, corner) in
+        [("A", a, theme.accent, Align2::LEFT_TOP), ("B", b, theme.series_b, Align2::RIGHT_TOP)]
+    {
+        if let Some(side) = side {
+            chip(ui, viewport, letter, side, ink, corner);
+        }
+    }
+}
+
+/// A chip in an upper corner of the viewport: nearly opaque, since it is text over the picture. It takes less than half of
+/// the width, so that two never touch.
 fn chip(ui: &Ui, viewport: Rect, letter: &str, chip: Chip, ink: Color32, corner: Align2) {
     let theme = Theme::of(ui);
     let texts = text_width(ui, chip.method, Type::Header).max(text_width(ui, chip.figures, Type::Small));
-    let width = 2.0 * CHIP_INSET + LETTER + CHIP_INSET + texts + 4.0;
+    let margins = 3.0 * CHIP_INSET + LETTER + 4.0;
+    let width = (margins + texts).min(viewport.width() / 2.0 - 1.5 * size::PADDING);
+    let room = width - margins + 0.5;
     let rect = corner.align_size_within_rect(vec2(width, CHIP), viewport.shrink(size::PADDING));
     ui.painter().add(theme.card_shadow().as_shape(rect, CornerRadius::same(size::RADIUS_MENU)));
     ui.painter().rect_filled(rect, size::RADIUS_MENU, theme.panel);
@@ -96,8 +110,8 @@ fn chip(ui: &Ui, viewport: Rect, letter: &str, chip: Chip, ink: Color32, corner:
     ui.painter().rect_filled(square, size::RADIUS, ink);
     text_at(ui, square.center(), Align2::CENTER_CENTER, letter, Type::Header, theme.panel);
     let left = square.right() + CHIP_INSET;
-    text_at(ui, pos2(left, rect.center().y - 8.0), Align2::LEFT_CENTER, chip.method, Type::Header, theme.text);
-    text_at(ui, pos2(left, rect.center().y + 9.0), Align2::LEFT_CENTER, chip.figures, Type::Small, theme.text2);
+    text_within(ui, pos2(left, rect.center().y - 8.0), room, chip.method, Type::Header, theme.text);
+    text_within(ui, pos2(left, rect.center().y + 9.0), room, chip.figures, Type::Small, theme.text2);
     let spoken = ui.interact(rect, ui.make_persistent_id(("chip", letter)), Sense::hover());
     let words = format!("Picture {letter}: {}, {}", chip.method, chip.figures);
     spoken.widget_info(|| WidgetInfo::labeled(egui::Role::Label, true, &words));

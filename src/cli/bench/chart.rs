@@ -1,8 +1,8 @@
-//! The plot: bars of paths a second, quartiles as whiskers, one panel a volume.
+//! Plots of bars, quartiles as whiskers.
 
 use std::fmt::Write;
 
-use super::report::{Report, Round, Side, Spread, short};
+use super::report::{Report, Round, Spread, Volume, short};
 
 /// Lengths in SVG units.
 const WIDTH: f64 = 760.0;
@@ -22,40 +22,54 @@ fn step(top: f64, count: f64) -> f64 {
     factor * power
 }
 
-fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// What a bar shows: paths a second; of kernels that draw nothing, lookups a second are another matter and left out.
-fn bars(sides: &[Side]) -> Vec<(&str, Spread)> {
-    let drawn = sides.iter().filter(|s| s.rounds.iter().any(|r| r.variance > 0.0));
-    drawn.map(|s| (s.name.as_str(), s.spread(Round::paths_per_second))).collect()
+/// Bars with an axis of their own.
+pub struct Panel {
+    /// Above them.
+    pub title: String,
+    /// What they show.
+    pub axis: String,
+    /// Name and figure of each.
+    pub bars: Vec<(String, Spread)>,
 }
 
-/// The whole plot.
+/// The plot of the kernel's report. Of kernels that draw nothing, lookups a second are another matter and left out.
 pub fn svg(report: &Report) -> String {
-    let panels: Vec<(&str, Vec<(&str, Spread)>)> =
-        report.volumes.iter().map(|v| (v.name.as_str(), bars(&v.sides))).collect();
-    let top = panels.iter().flat_map(|(_, bars)| bars).map(|(_, s)| s.high).fold(f64::MIN_POSITIVE, f64::max);
-    let height: f64 =
-        2.0 * MARGIN + panels.iter().map(|(_, bars)| TITLE + AXIS + PITCH * bars.len() as f64).sum::<f64>();
-    let (left, right) = (MARGIN + LABELS, WIDTH - MARGIN - VALUES);
-    let x = |value: f64| left + (right - left) * value / top;
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" \
+    let panel = |volume: &Volume| Panel {
+        title: format!("{} · {}", volume.name, report.adapter),
+        axis: format!("Paths per {}", report.second()),
+        bars: (volume.sides.iter())
+            .filter(|s| s.rounds.iter().any(|r| r.variance > 0.0))
+            .map(|s| (s.name.clone(), s.spread(Round::paths_per_second)))
+            .collect(),
+    };
+    bars(&report.volumes.iter().map(panel).collect::<Vec<_>>(), LABELS)
+}
+
+/// The head of an SVG file.
+pub fn head(width: f64, height: f64) -> String {
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
          height=\"{height}\" font-family=\"sans-serif\" font-size=\"13\" fill=\"#222\">\n\
          <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
-    );
+    )
+}
+
+/// Panels one below the other; names get `labels` of the width.
+pub fn bars(panels: &[Panel], labels: f64) -> String {
+    let height: f64 = 2.0 * MARGIN + panels.iter().map(|p| TITLE + AXIS + PITCH * p.bars.len() as f64).sum::<f64>();
+    let (left, right) = (MARGIN + labels, WIDTH - MARGIN - VALUES);
+    let mut out = head(WIDTH, height);
     let mut y = MARGIN;
-    for (title, bars) in &panels {
+    for Panel { title, axis, bars } in panels {
+        let top = bars.iter().map(|(_, s)| s.high).fold(f64::MIN_POSITIVE, f64::max);
+        let x = |value: f64| left + (right - left) * value / top;
         let bottom = y + TITLE + PITCH * bars.len() as f64;
-        let _ = writeln!(
-            out,
-            "<text x=\"{MARGIN}\" y=\"{:.1}\" font-weight=\"bold\">{} · {}</text>",
-            y + 18.0,
-            escape(title),
-            escape(&report.adapter)
-        );
+        let _ =
+            writeln!(out, "<text x=\"{MARGIN}\" y=\"{:.1}\" font-weight=\"bold\">{}</text>", y + 18.0, escape(title));
         let step = step(top, 5.0);
         for tick in (0..).map(|i| f64::from(i) * step).take_while(|t| *t <= top) {
             let _ = writeln!(
@@ -70,10 +84,10 @@ pub fn svg(report: &Report) -> String {
         }
         let _ = writeln!(
             out,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">Paths per {}</text>",
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
             0.5 * (left + right),
             bottom + 34.0,
-            escape(report.second())
+            escape(axis)
         );
         for (i, (name, spread)) in bars.iter().enumerate() {
             let middle = y + TITLE + PITCH * (i as f64 + 0.5);

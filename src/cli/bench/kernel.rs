@@ -1,6 +1,5 @@
 //! `bench kernel`: the path tracer against a bare tracking kernel and its CPU twin, majorants, and what settings cost.
 
-use std::io::IsTerminal;
 use std::sync::Arc;
 
 use wgpu::util::DeviceExt;
@@ -8,19 +7,21 @@ use wgpu::util::DeviceExt;
 use crate::error::Result;
 use crate::gpu::device::Gpu;
 use crate::gpu::shader::{Source, Variant};
+use crate::render::Renderer;
 use crate::render::field::{Field, Shape};
 use crate::render::film::{BLOCK, Film};
 use crate::render::lights::{LightData, Lights};
 use crate::render::medium::Medium;
 use crate::render::params::{Params, Slice};
 use crate::render::pipeline::{self, Layouts};
-use crate::render::{Renderer, Work};
 use crate::scene::value::Auto;
 use crate::scene::{MajorantKind, Scene};
 use crate::volume::majorant::Padded;
 
 use super::clock::Watch;
+use super::progress;
 use super::report::{Ratio, Report, Round, Side, Volume};
+use super::trace::trace;
 use super::twin;
 
 /// Pixels along a side of the picture.
@@ -128,36 +129,24 @@ impl Runner {
     /// One timed run. Seconds are wall time; the caller chooses.
     fn run(&mut self, samples: u32, seed: u32) -> Result<(Round, Option<f64>)> {
         let paths = f64::from(SIZE) * f64::from(SIZE) * f64::from(samples);
-        let timed = |watch: Watch, lookups: f64, steps: f64, variance: f64| {
+        let timed = |watch: Watch, lookups: f64| {
             let (wall, cpu) = watch.seconds();
-            (Round { seconds: wall, wall, paths, lookups, steps, variance }, cpu)
+            (Round { seconds: wall, wall, paths, lookups, steps: lookups, variance: 0.0 }, cpu)
         };
         match self {
             Runner::Path(renderer) => {
-                let mut scene = renderer.scene.clone();
-                scene.integrator.seed = seed;
-                renderer.update(&scene, (SIZE, SIZE), None)?;
-                renderer.restart();
-                renderer.gpu.wait()?;
-                let watch = Watch::start();
-                while renderer.progress().samples < samples {
-                    let left = samples - renderer.progress().samples;
-                    renderer.submit(Work { samples: left, groups: u32::MAX })?;
-                }
-                renderer.gpu.wait()?;
-                let (mut round, cpu) = timed(watch, 0.0, 0.0, 0.0);
-                let counters = renderer.film.count(&renderer.gpu)?;
-                let sums = renderer.film.read(&renderer.gpu)?;
-                let pixels = sums.sum.len();
-                let of_means = (0..pixels).filter_map(|p| sums.variance(p)).map(|v| v.iter().sum::<f64>() / 3.0);
-                (round.lookups, round.steps) = (counters.lookups as f64, counters.cell_steps as f64);
-                round.variance = of_means.sum::<f64>() / pixels as f64 * f64::from(samples);
-                Ok((round, cpu))
+                let scene = renderer.scene.clone();
+                let run = trace(renderer, &scene, samples, seed)?;
+                let pixels = run.sums.sum.len();
+                let of_means = (0..pixels).filter_map(|p| run.sums.variance(p)).map(|v| v.iter().sum::<f64>() / 3.0);
+                let variance = of_means.sum::<f64>() / pixels as f64 * f64::from(samples);
+                let (lookups, steps) = (run.counters.lookups as f64, run.counters.cell_steps as f64);
+                Ok((Round { seconds: run.wall, wall: run.wall, paths, lookups, steps, variance }, run.cpu))
             }
             Runner::Bare(bare) => {
                 let watch = Watch::start();
                 bare.run(samples, seed)?;
-                let (mut round, cpu) = timed(watch, 0.0, 0.0, 0.0);
+                let (mut round, cpu) = timed(watch, 0.0);
                 round.lookups = bare.film.count(&bare.gpu)?.lookups as f64;
                 round.steps = round.lookups;
                 Ok((round, cpu))
@@ -166,7 +155,7 @@ impl Runner {
                 params.seed = seed;
                 let watch = Watch::start();
                 let lookups = twin::run(params, field, 0, samples) as f64;
-                Ok(timed(watch, lookups, lookups, 0.0))
+                Ok(timed(watch, lookups))
             }
         }
     }
@@ -291,11 +280,6 @@ pub fn measure(quick: bool) -> Result<Report> {
     let gpu = Arc::new(Gpu::headless()?);
     let rounds = if quick { QUICK_ROUNDS } else { ROUNDS };
     let resolutions = if quick { &RESOLUTIONS[..1] } else { &RESOLUTIONS[..] };
-    let progress = |text: &str| {
-        if std::io::stderr().is_terminal() {
-            eprint!("\r\x1b[2K{text}");
-        }
-    };
     let mut volumes = Vec::new();
     let mut samples = LEAST_SAMPLES;
     let mut cpu_time = gpu.is_software();

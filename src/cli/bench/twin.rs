@@ -4,7 +4,7 @@ use glam::{IVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::render::params::Params;
-use crate::volume::majorant::Padded;
+use crate::volume::majorant::{Bounds, Padded};
 
 /// Twin of shaders/core/rng.wgsl.
 struct Rng {
@@ -64,8 +64,8 @@ fn around(w: Vec3, drop: f32, phi: f32) -> Vec3 {
     (x * (r * phi.cos()) + y * (r * phi.sin()) + w * (1.0 - drop)).normalize()
 }
 
-/// One walk; its lookups.
-fn walk(params: &Params, field: &Padded, x: u32, y: u32, sample: u32) -> u64 {
+/// One walk by a majorant of 1; `look` meets every place where it looks at the density, in local space.
+fn walk(params: &Params, field: &Padded, x: u32, y: u32, sample: u32, mut look: impl FnMut(Vec3)) {
     let vec = Vec3::from_array;
     let (low, high) = (vec(params.box_min), vec(params.box_max));
     let to_local = |w: Vec3| {
@@ -78,7 +78,6 @@ fn walk(params: &Params, field: &Padded, x: u32, y: u32, sample: u32) -> u64 {
     let right = vec(params.camera_right) * (2.0 * film[0] - 1.0);
     let mut world = (vec(params.camera_forward) + right + vec(params.camera_up) * (1.0 - 2.0 * film[1])).normalize();
     let mut origin = vec(params.camera_local);
-    let mut lookups = 0;
     for bounce in 0..=params.max_bounces {
         let direction = to_local(world);
         let (a, b) = ((low - origin) / direction, (high - origin) / direction);
@@ -88,10 +87,11 @@ fn walk(params: &Params, field: &Padded, x: u32, y: u32, sample: u32) -> u64 {
             t += -(1.0 - rng.next()).ln() / params.sigma;
             // A ray along a face may have no number for its exit.
             if t >= exit || exit.is_nan() {
-                return lookups;
+                return;
             }
-            lookups += 1;
-            if rng.next() < density(field, origin + direction * t) {
+            let place = origin + direction * t;
+            look(place);
+            if rng.next() < density(field, place) {
                 break;
             }
         }
@@ -103,16 +103,50 @@ fn walk(params: &Params, field: &Padded, x: u32, y: u32, sample: u32) -> u64 {
         let drop = (p * a * a * (1.0 + g * (1.0 - 0.5 * p))).min(2.0);
         world = around(world, drop, std::f32::consts::TAU * rng.next());
     }
-    lookups
 }
 
 /// Lookups of all walks of samples `first` … `first + samples − 1` of every pixel.
 pub fn run(params: &Params, field: &Padded, first: u32, samples: u32) -> u64 {
-    (0..params.height)
-        .into_par_iter()
-        .map(|y| {
-            let row = |x| (first..first + samples).map(|s| walk(params, field, x, y, s)).sum::<u64>();
-            (0..params.width).map(row).sum::<u64>()
-        })
-        .sum()
+    over_walks(params, first, samples, |x, y, s| {
+        let mut lookups = 0;
+        walk(params, field, x, y, s, |_| lookups += 1);
+        [lookups, 0]
+    })[0]
+}
+
+/// ⟨µc/µ̄⟩, the mean share of the least density in the bound, weighted by bound and transmittance: what decomposition
+/// tracking by the cells of `bounds` saves of delta tracking's lookups on the walks of one sample of every pixel. The walks'
+/// own majorant is 1, so their lookups lie where transmittance is, whatever the cells are.
+pub fn control_share(params: &Params, field: &Padded, bounds: &Bounds) -> f64 {
+    let [min, max] = over_walks(params, 0, 1, |x, y, s| {
+        let mut sums = [0.0; 2];
+        walk(params, field, x, y, s, |p| {
+            let cell = ((p - 0.5) / bounds.side as f32).max(Vec3::ZERO).as_uvec3().min(bounds.cells - 1);
+            let i = bounds.index(cell);
+            sums[0] += f64::from(bounds.min[i]);
+            sums[1] += f64::from(bounds.max[i]);
+        });
+        sums
+    });
+    if max > 0.0 { min / max } else { 0.0 }
+}
+
+/// Sums over all walks.
+fn over_walks<T: Send + Default + Copy + std::ops::AddAssign>(
+    params: &Params,
+    first: u32,
+    samples: u32,
+    walk: impl Fn(u32, u32, u32) -> [T; 2] + Sync,
+) -> [T; 2] {
+    let add = |mut a: [T; 2], b: [T; 2]| {
+        a[0] += b[0];
+        a[1] += b[1];
+        a
+    };
+    let rows = (0..params.height).into_par_iter().map(|y| {
+        let of_pixel = |x| (first..first + samples).map(move |s| (x, s));
+        (0..params.width).flat_map(of_pixel).map(|(x, s)| walk(x, y, s)).fold([T::default(); 2], add)
+    });
+    // In order, so that floating sums are the same in every run.
+    rows.collect::<Vec<_>>().into_iter().fold([T::default(); 2], add)
 }
