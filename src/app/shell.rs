@@ -18,7 +18,7 @@ use super::prefs::Prefs;
 use super::widgets::Kind;
 use super::{App, theme};
 use crate::error::{Code, Error, Result};
-use crate::gpu::device::{Gpu, instance};
+use crate::gpu::device::{Gpu, instance_on};
 use crate::scene::Scene;
 
 mod benchmark;
@@ -113,7 +113,7 @@ struct Canvas {
 
 impl Canvas {
     fn new(window: &Arc<Window>, present_mode: wgpu::PresentMode) -> Result<Canvas> {
-        let instance = instance();
+        let instance = instance_on(window.clone());
         let surface = instance.create_surface(window.clone()).map_err(|e| no_display(&e.to_string()))?;
         let gpu = Arc::new(Gpu::open(instance, Some(&surface))?);
         let capabilities = surface.get_capabilities(&gpu.adapter);

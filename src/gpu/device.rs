@@ -31,15 +31,24 @@ pub struct Gpu {
 /// An instance for the backends that the environment names (`WGPU_BACKEND`); else for the modern ones, and with GL only
 /// where those have no adapter: GL is slow to ask and prints to stderr.
 pub fn instance() -> wgpu::Instance {
-    let named = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+    instance_by(wgpu::InstanceDescriptor::new_without_display_handle_from_env)
+}
+
+/// The same for windows of `display`, which GL has to know before it can show anything.
+pub fn instance_on(display: impl wgpu::wgt::WgpuHasDisplayHandle + Clone + 'static) -> wgpu::Instance {
+    instance_by(|| wgpu::InstanceDescriptor::new_with_display_handle_from_env(Box::new(display.clone())))
+}
+
+fn instance_by(descriptor: impl Fn() -> wgpu::InstanceDescriptor) -> wgpu::Instance {
     if std::env::var_os("WGPU_BACKEND").is_some() {
-        return wgpu::Instance::new(named);
+        return wgpu::Instance::new(descriptor());
     }
-    let modern = wgpu::Instance::new(wgpu::InstanceDescriptor { backends: wgpu::Backends::PRIMARY, ..named });
+    let modern = wgpu::InstanceDescriptor { backends: wgpu::Backends::PRIMARY, ..descriptor() };
+    let modern = wgpu::Instance::new(modern);
     if !adapters(&modern).is_empty() {
         return modern;
     }
-    wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env())
+    wgpu::Instance::new(descriptor())
 }
 
 /// Every adapter of an instance, best first.
@@ -160,7 +169,8 @@ impl Gpu {
             Some(text) => {
                 let memory = text.to_lowercase().contains("memory");
                 let code = if memory { Code::Oom } else { Code::Failed };
-                let line = text.lines().find(|l| !l.trim().is_empty()).unwrap_or_default().trim().to_owned();
+                // The cause stands at the end of wgpu's messages.
+                let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
                 Err(Error::new(code, format!("{} reports an error.", self.info.name)).why(line))
             }
         }

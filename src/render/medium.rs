@@ -130,7 +130,9 @@ impl Medium {
             Storage::U8 => gpu.is_software(),
             Storage::F16 | Storage::Analytic => false,
         };
-        let filter = if field.nearest { wgpu::FilterMode::Nearest } else { wgpu::FilterMode::Linear };
+        // Where 32-bit floats cannot be filtered, the shader interpolates, and the layout takes no filtering sampler.
+        let filterable = storage != Storage::F32 || gpu.features.contains(wgpu::Features::FLOAT32_FILTERABLE);
+        let filter = if field.nearest || !filterable { wgpu::FilterMode::Nearest } else { wgpu::FilterMode::Linear };
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("density"),
             mag_filter: filter,
