@@ -17,6 +17,9 @@ struct FilmPixel {
 // shadow rays, violations, samples that were not finite, samples. The same events as the counters'.
 @group(3) @binding(4) var<storage, read_write> film_cost: array<vec4u>;
 
+// Samples of a block; the same as BLOCK in src/render/film.rs.
+const FILM_BLOCK: u32 = 256u;
+
 // 64-bit counters of the whole picture, as pairs of words; the order is that of `Counters` in src/render/counters.rs.
 const FILM_LOOKUPS: u32 = 0u;
 const FILM_NULLS: u32 = 1u;
@@ -24,8 +27,9 @@ const FILM_REALS: u32 = 2u;
 const FILM_STEPS: u32 = 3u;
 const FILM_SHADOWS: u32 = 4u;
 const FILM_NONFINITE: u32 = 5u;
-const FILM_CAPPED: u32 = 6u;
+const FILM_BEHIND: u32 = 6u;
 const FILM_VIOLATIONS: u32 = 7u;
+const FILM_CAPPED: u32 = 8u;
 
 fn film_load(pixel: u32) -> FilmPixel {
     let a = film_sum[pixel];

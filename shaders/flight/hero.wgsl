@@ -11,3 +11,12 @@ fn flight_start(rng: ptr<function, Rng>) -> Flight {
 fn flight_weight(flight: Flight) -> Spectrum {
     return spectrum_weight(flight);
 }
+
+// The state as three numbers, and back.
+fn flight_pack(flight: Flight) -> vec3f {
+    return spectrum_pack_hero(flight);
+}
+
+fn flight_unpack(v: vec3f) -> Flight {
+    return spectrum_unpack_hero(v);
+}

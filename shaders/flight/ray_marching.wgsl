@@ -14,12 +14,13 @@ fn flight_walk(
     count: ptr<function, Count>,
 ) -> f32 {
     let rate = params.sigma * (*flight).rate;
-    let steps = march_steps(ray, far, segment);
+    let steps = march_steps(ray, far, segment, count);
     let step = (far - ray.t) / f32(max(steps, 1u));
     for (var i = 0u; i < steps; i++) {
         let start = ray.t + f32(i) * step;
         let density = medium_density(ray_at(ray, start + rng_next(rng) * step));
         (*count).lookups += 1u;
+        (*count).rounds += 1u;
         let whole = density * step;
         let hit = whole * rate > *depth;
         let passed = select(whole, *depth / rate, hit);

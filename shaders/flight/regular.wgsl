@@ -22,12 +22,14 @@ fn flight_walk(
         let next = min(dual_exit(ray, t), far);
         let whole = dual_depth(ray, t, next);
         (*count).lookups += FLIGHT_TAPS;
+        (*count).rounds += 1u;
         let hit = whole * rate > *depth;
         let passed = select(whole, *depth / rate, hit);
         spectrum_step(flight, passed * params.sigma, hit);
         if (hit) {
             *depth = FLIGHT_SPENT;
             (*count).lookups += FLIGHT_ROOT;
+            (*count).rounds += DUAL_ROUNDS;
             return dual_invert(ray, t, next, passed);
         }
         *depth -= whole * rate;

@@ -34,3 +34,12 @@ fn flight_choose(flight: ptr<function, Flight>, first: Spectrum, second: Spectru
     *flight *= scale * select(second / (1.0 - chance), first / chance, is_first);
     return is_first;
 }
+
+// The state as three numbers, and back.
+fn flight_pack(flight: Flight) -> vec3f {
+    return spectrum_pack(flight);
+}
+
+fn flight_unpack(v: vec3f) -> Flight {
+    return spectrum_unpack(v);
+}

@@ -12,6 +12,7 @@
 //!slot phase
 //!use light/light
 //!use film/film
+//!use film/pause
 
 const PATH_DEAD: u32 = 0u;    // no path: begin one
 const PATH_TRACK: u32 = 1u;   // a camera or scattered ray in free flight
@@ -21,7 +22,9 @@ const PATH_SHADOW_SHARE: f32 = 0.5;      // chance to trace a shadow ray for eac
 const PATH_SHADOW_FLOOR: f32 = 0.02;     // least such chance
 const PATH_SHADOW_ROULETTE: f32 = 0.1;   // transmittance below which a shadow ray plays roulette
 const PATH_ROULETTE: f32 = 0.1;          // throughput below which a path plays roulette
-const PATH_MAX_ITERATIONS: u32 = 1u << 24u;  // of one lane in one dispatch; reaching it is counted
+const PATH_ROUND: u32 = 1u + TRACK_STEPS;  // rounds of loops in one pass of the state machine
+const PATH_SLACK: u32 = 12288u;          // rounds that the way to the next vertex may take beyond PATH_MOST_ROUNDS
+const PATH_LIGHT_ROUNDS: u32 = 5u;       // the same for each light at a collision or at a path's end
 
 @compute @workgroup_size(8, 8)
 fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
@@ -43,8 +46,10 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
 
     var rng: Rng;
     var mode = PATH_DEAD;
-    var next = slice.first_sample;
+    // A lane may have fallen behind (see below); the film knows how far it is.
+    var next = slice.first_sample - slice.first_sample % FILM_BLOCK + u32(film.samples);
     let last = slice.first_sample + slice.samples;
+    let known = film.samples;
     var ray: Ray;
     var world = vec3f(0.0);       // direction of travel before the vertex, world space
     var turns = false;            // a new ray begins at `ray.origin` along `toward`, world space, for `limit` at most
@@ -58,6 +63,7 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     var radiance = vec3f(0.0);
     var single = vec3f(0.0);
     var travelled = 0.0;          // distance to the support, for the depth layer
+    var reached = 0.0;            // distance to the first collision, scene units
     var pending = vec3f(0.0);     // what a shadow ray carries
     var transmittance = transmittance_begin();
     var played = 1.0;             // one over the chances that a shadow ray survived so far
@@ -65,15 +71,38 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     var reals = 0u;
     var shadows = 0u;
     var nonfinite = 0u;
-    var iterations = 0u;
+    var passes = 0u;              // of the loop below
+    var drawn = 0u;               // paths begun
+    var rounds = 0u;              // of all loops of this lane
+
+    var paused: PausePath;
+    if (pause_take(pixel, next, &paused)) {
+        rng = rng_start(pixel, next, params.seed);
+        rng.state = paused.state;
+        next += 1u;
+        ray.origin = paused.origin;
+        toward = paused.toward;
+        world = toward;
+        turns = true;
+        depth = paused.depth;
+        flight = flight_unpack(paused.flight);
+        throughput = paused.throughput;
+        bounces = paused.bounces;
+        phase_pdf = paused.phase_pdf;
+        radiance = paused.radiance;
+        single = paused.single;
+        reached = paused.reached;
+        mode = PATH_TRACK;
+    }
 
     loop {
         if (mode == PATH_DEAD) {
-            if (next == last || iterations >= PATH_MAX_ITERATIONS) {
+            if (next >= last || rounds >= PATH_MOST_ROUNDS) {
                 break;
             }
             rng = rng_start(pixel, next, params.seed);
             next += 1u;
+            drawn += 1u;
             let start = camera_ray(position, &rng);
             world = start.world;
             ray.origin = start.origin;
@@ -88,6 +117,11 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
             bounces = 0u;
             phase_pdf = -1.0;
             mode = PATH_TRACK;
+        }
+
+        // Out of rounds: a path that has a vertex to set out from goes on in the next dispatch.
+        if (rounds >= PATH_MOST_ROUNDS && turns && mode == PATH_TRACK && bounces > 0u) {
+            break;
         }
 
         // Every kind of ray begins here: code that stands once runs once.
@@ -116,16 +150,18 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
                 break;
             }
         }
-        iterations += 1u;
+        passes += 1u;
+        rounds = passes * PATH_ROUND + count.rounds + (reals + drawn) * PATH_LIGHT_ROUNDS * light_count();
 
         var scatter = false;
-        var ends = iterations >= PATH_MAX_ITERATIONS;
+        // No path goes so far from one vertex to the next; one that does is stuck.
+        let stuck = rounds >= PATH_MOST_ROUNDS + PATH_SLACK;
+        count.caps += select(0u, 1u, stuck);
+        var ends = stuck;
         if (hit) {
             reals += 1u;
             if (FILM_AOV && bounces == 0u) {
-                let d = (travelled + ray.t) * params.length_unit;
-                aov_near.w += d;
-                aov_far.w += d * d;
+                reached = (travelled + ray.t) * params.length_unit;
             }
             if (bounces >= params.max_bounces) {
                 bounces += 1u;
@@ -198,13 +234,21 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
             film.samples += 1.0;
             if (FILM_AOV) {
                 single = select(single, vec3f(0.0), bad);
-                aov_near += vec4f(single, 0.0);
-                aov_far += vec4f(select(vec3f(0.0), radiance - single, bounces > 0u), 0.0);
+                let met = select(0.0, 1.0, bounces > 0u);
+                aov_near += vec4f(single, reached * met);
+                aov_far += vec4f((radiance - single) * met, reached * reached * met);
             }
             mode = PATH_DEAD;
         }
     }
 
+    if (mode != PATH_DEAD) {
+        let path = PausePath(
+            ray.origin, depth, toward, phase_pdf, throughput, reached, radiance, bounces, single, rng.state,
+            flight_pack(flight),
+        );
+        pause_leave(pixel, next - 1u, path);
+    }
     film_store(pixel, film);
     if (FILM_AOV) {
         film_aov[2u * pixel] = aov_near;
@@ -212,7 +256,7 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     }
     if (FILM_COST) {
         film_cost[2u * pixel] += vec4u(count.lookups, count.steps, count.nulls, reals);
-        film_cost[2u * pixel + 1u] += vec4u(shadows, count.violations, nonfinite, next - slice.first_sample);
+        film_cost[2u * pixel + 1u] += vec4u(shadows, count.violations, nonfinite, u32(film.samples - known));
     }
     film_count(FILM_LOOKUPS, count.lookups);
     film_count(FILM_NULLS, count.nulls);
@@ -221,5 +265,6 @@ fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     film_count(FILM_SHADOWS, shadows);
     film_count(FILM_NONFINITE, nonfinite);
     film_count(FILM_VIOLATIONS, count.violations);
-    film_count(FILM_CAPPED, select(0u, 1u, iterations >= PATH_MAX_ITERATIONS));
+    film_count(FILM_CAPPED, count.caps);
+    film_count(FILM_BEHIND, select(0u, 1u, mode != PATH_DEAD || next < last));
 }

@@ -50,7 +50,7 @@ fn light_at(i: u32) -> Light {
 struct LightSample {
     direction: vec3f,  // unit, world space, towards the light
     distance: f32,     // world units; MATH_FAR where there is no end
-    value: vec3f,      // radiance over density; a delta's irradiance over its share
+    value: vec3f,      // radiance, which `light_factor` divides by the density; a delta's irradiance over its share
     pdf: f32,          // per steradian, all techniques that could have drawn the direction; 0 for a delta
 }
 

@@ -54,3 +54,20 @@ fn spectrum_max(x: Spectrum) -> f32 {
 fn spectrum_mean(x: Spectrum) -> f32 {
     return math_mean3(x);
 }
+
+// A quantity of each channel and a hero as three numbers, and back.
+fn spectrum_pack(x: Spectrum) -> vec3f {
+    return x;
+}
+
+fn spectrum_unpack(v: vec3f) -> Spectrum {
+    return v;
+}
+
+fn spectrum_pack_hero(hero: SpectrumHero) -> vec3f {
+    return vec3f(hero.rate, hero.depth, hero.events);
+}
+
+fn spectrum_unpack_hero(v: vec3f) -> SpectrumHero {
+    return SpectrumHero(v.x, v.y, v.z);
+}

@@ -35,3 +35,20 @@ fn spectrum_max(x: Spectrum) -> f32 {
 fn spectrum_mean(x: Spectrum) -> f32 {
     return x;
 }
+
+// A quantity of each channel and a hero as three numbers, and back.
+fn spectrum_pack(x: Spectrum) -> vec3f {
+    return vec3f(x, 0.0, 0.0);
+}
+
+fn spectrum_unpack(v: vec3f) -> Spectrum {
+    return v.x;
+}
+
+fn spectrum_pack_hero(hero: SpectrumHero) -> vec3f {
+    return vec3f(hero.rate, 0.0, 0.0);
+}
+
+fn spectrum_unpack_hero(v: vec3f) -> SpectrumHero {
+    return SpectrumHero(v.x);
+}

@@ -27,6 +27,7 @@ fn transmittance_walk(
         for (var i = 1u; i < TRANSMITTANCE_TERMS; i++) {
             let density = medium_density(ray_at(ray, start + rng_next(rng) * step));
             (*count).lookups += 1u;
+            (*count).rounds += 1u;
             term *= (Spectrum(segment.bound) - spectrum_extinction() * density) * (params.sigma * step / f32(i));
             let chance = min(1.0, spectrum_max(term));
             if (rng_next(rng) >= chance) {

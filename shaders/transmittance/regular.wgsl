@@ -18,6 +18,7 @@ fn transmittance_walk(
         let next = min(dual_exit(ray, start), far);
         (*t).depth += dual_depth(ray, start, next) * params.sigma;
         (*count).lookups += TRANSMITTANCE_TAPS;
+        (*count).rounds += 1u;
         start = next;
     }
 }

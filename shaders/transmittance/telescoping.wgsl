@@ -7,7 +7,7 @@
 const TRANSMITTANCE_STOP: f32 = 0.65;    // chance to stop at each doubling: between 1/2, for a finite cost, and 3/4, for a
                                          // finite variance where the density jumps (tracking.md §2.9)
 const TRANSMITTANCE_DOUBLINGS: u32 = 6u;
-const TRANSMITTANCE_LOOKS: f32 = 256.0;  // of the coarsest march at most
+const TRANSMITTANCE_LOOKS: f32 = 128.0;  // of the coarsest march at most
 
 // The segment from `ray.t` to `far`.
 fn transmittance_walk(
@@ -25,6 +25,7 @@ fn transmittance_walk(
         return;
     }
     let looks = u32(clamp(round(bound), 1.0, TRANSMITTANCE_LOOKS));
+    (*count).caps += select(0u, 1u, bound > TRANSMITTANCE_LOOKS);
     var doublings = 0u;
     var chance = TRANSMITTANCE_STOP;
     var rest = rng_next(rng);
@@ -50,6 +51,7 @@ fn transmittance_walk(
         halves += select(vec2f(0.0, depth), vec2f(depth, 0.0), (i & 1u) == 0u);
     }
     (*count).lookups += looks * combs;
+    (*count).rounds += (looks + 1u) * combs + doublings;
     if (doublings > 0u) {
         let share = 2.0 / f32(combs);
         let each = exp(-spectrum_extinction() * (share * halves.x)) + exp(-spectrum_extinction() * (share * halves.y));

@@ -40,6 +40,8 @@ fn transmittance_walk(
     for (var i = 0u; i <= order; i++) {
         march[i] = control - march_comb(ray, far, taps, rng_next(rng));
         (*count).lookups += taps;
+        // Of the march, and of the means and series of the pivot.
+        (*count).rounds += taps + (TRANSMITTANCE_ORDERS + 1u) * (order + 2u);
     }
     var sum = Spectrum(0.0);
     for (var pivot = 0u; pivot <= order; pivot++) {

@@ -416,7 +416,7 @@ impl Engine {
         }
         if reads {
             self.error_at = now;
-            let sums = renderer.film.read(&self.gpu)?;
+            let sums = renderer.sums()?;
             figures.error = sums.relative_error();
             self.kept = Some(Kept::of(&sums));
             if let (true, Some(error)) = (is_due, figures.error) {

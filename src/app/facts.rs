@@ -43,7 +43,7 @@ pub struct Facts {
     pub shadows_per_path: Option<f64>,
     /// Bytes of the majorants on the adapter, and seconds that it took to make them.
     pub bounds: (u64, f64),
-    /// Lookups of a density above its bound, lanes that reached the iteration cap, samples that were not finite.
+    /// Lookups of a density above its bound, segments with fewer looks than wanted, samples that were not finite.
     pub mishaps: [u64; 3],
     /// Side of a majorant cell, voxels.
     pub cell: u32,

@@ -355,7 +355,7 @@ fn mishaps(facts: &Facts, factor: f64) -> Vec<String> {
     let whose = if factor < 1.0 { "as a factor below 1 makes them" } else { "the picture is not what it should be" };
     let texts = [
         (violations, format!("{violations} lookups lie above their bound: {whose}.")),
-        (capped, format!("{capped} lanes reached the cap of steps: their light is cut off.")),
+        (capped, format!("{capped} segments took fewer looks than wanted: their number is limited.")),
         (nonfinite, format!("{nonfinite} samples are not finite and count as black.")),
     ];
     texts.into_iter().filter(|(count, _)| *count > 0).map(|(_, text)| text).collect()

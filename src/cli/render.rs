@@ -130,6 +130,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<()> {
         render_seconds: 0.0,
         counters: Counters::default(),
         paths: 0.0,
+        lost: 0.0,
         pace: None,
     };
     let field = Arc::new(Field::load(&scene.volume)?);
@@ -248,6 +249,8 @@ struct Run<'a> {
     setup_seconds: f64,
     render_seconds: f64,
     counters: Counters,
+    /// Samples that were to be drawn and are not in the pictures.
+    lost: f64,
     paths: f64,
     pace: Option<Pace>,
 }
@@ -270,10 +273,12 @@ impl Run<'_> {
             self.accumulate(renderer, k)?;
             renderer.gpu.wait()?;
             self.render_seconds += begin.elapsed().as_secs_f64();
-            let sums = renderer.film.read(&renderer.gpu)?;
+            let sums = renderer.sums()?;
             let counted = renderer.film.count(&renderer.gpu)?;
             self.count(&counted);
-            self.paths += sums.square.iter().map(|s| s[3]).sum::<f64>();
+            let drawn = sums.square.iter().map(|s| s[3]).sum::<f64>();
+            self.lost += f64::from(renderer.progress().samples) * sums.square.len() as f64 - drawn;
+            self.paths += drawn;
             between.add(&sums);
             runs += 1;
             match &mut total {
@@ -348,8 +353,9 @@ impl Run<'_> {
         self.counters.cell_steps += c.cell_steps;
         self.counters.shadow_rays += c.shadow_rays;
         self.counters.nonfinite += c.nonfinite;
-        self.counters.capped += c.capped;
         self.counters.violations += c.violations;
+        self.counters.behind += c.behind;
+        self.counters.capped += c.capped;
     }
 
     fn stats(&self, r: &Renderer, scene: &Scene, picture: &Picture, warnings: &[Warning]) -> serde_json::Value {
@@ -369,8 +375,8 @@ impl Run<'_> {
             warnings
                 .push(format!("{} samples were not finite and count as black. [nonfinite]", self.counters.nonfinite));
         }
-        if self.counters.capped > 0 {
-            warnings.push(format!("{} lanes reached the iteration cap. [capped]", self.counters.capped));
+        if self.lost > 0.0 {
+            warnings.push(format!("{} samples of long paths are missing. [lost]", self.lost));
         }
         // A factor below 1 makes bounds that do not bound, on purpose.
         if self.counters.violations > 0 && scene.tracking.majorant_factor >= 1.0 {

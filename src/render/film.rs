@@ -9,7 +9,12 @@ use crate::image::{Image, Layer};
 pub const BLOCK: u32 = 256;
 
 /// Pairs of words in the counter buffer; the order is that of shaders/film/film.wgsl.
-const COUNTERS: usize = 8;
+const COUNTERS: usize = 9;
+
+/// Bytes of a paused path; see shaders/film/pause.wgsl.
+const PAUSE_BYTES: u64 = 4 * 28;
+/// Paused paths at most; there are few.
+const PAUSE_SLOTS: u64 = 1 << 17;
 
 /// Events of all rays since the film was cleared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -26,10 +31,13 @@ pub struct Counters {
     pub shadow_rays: u64,
     /// Samples that were not finite and count as black.
     pub nonfinite: u64,
-    /// Lanes that reached the iteration cap.
-    pub capped: u64,
+    /// Times that a lane left samples or a path to the next dispatch.
+    pub behind: u64,
     /// Lookups of a density above its bound.
     pub violations: u64,
+    /// Segments in which an estimator took fewer looks than it wanted, for their number is limited; and paths that were
+    /// stuck.
+    pub capped: u64,
 }
 
 /// Sums of each pixel: four values a pixel in every buffer (the extra layers: eight).
@@ -54,6 +62,8 @@ pub struct Film {
     pub cost: wgpu::Buffer,
     /// Whether it is counted.
     pub counts_cost: bool,
+    /// Paths that go on in the next dispatch (shaders/film/pause.wgsl).
+    pub paused: wgpu::Buffer,
 }
 
 /// Bytes of a buffer that nothing is kept in: an extra layer's or cost's one pixel.
@@ -88,6 +98,7 @@ impl Film {
             counters: buffer("counters", 8 * COUNTERS as u64),
             cost: buffer("cost", EMPTY),
             counts_cost: false,
+            paused: buffer("paused paths", PAUSE_BYTES * pixels.min(PAUSE_SLOTS)),
         };
         gpu.check()?;
         Ok(film)
@@ -117,7 +128,8 @@ impl Film {
 
     /// Clears everything.
     pub fn clear(&self, encoder: &mut wgpu::CommandEncoder) {
-        for buffer in self.blocks().into_iter().chain(&self.totals).chain([&self.counters, &self.cost]) {
+        let more = [&self.counters, &self.cost, &self.paused];
+        for buffer in self.blocks().into_iter().chain(&self.totals).chain(more) {
             encoder.clear_buffer(buffer, 0, None);
         }
     }
@@ -137,8 +149,9 @@ impl Film {
             cell_steps: words[3],
             shadow_rays: words[4],
             nonfinite: words[5],
-            capped: words[6],
+            behind: words[6],
             violations: words[7],
+            capped: words[8],
         })
     }
 

@@ -244,6 +244,7 @@ impl Medium {
             (None, false, false) => "medium/dense",
         };
         let majorant = match (profile, self.cell_key.kind) {
+            (Some(Profile::Exponential(..)), _) => "majorant/profile",
             (Some(_), _) => "majorant/whole",
             (None, MajorantKind::KdTree) => "majorant/tree",
             (None, _) => "majorant/grid",

@@ -23,7 +23,7 @@ pub mod pipeline;
 pub mod self_test;
 pub mod tracking;
 
-use film::{BLOCK, Film};
+use film::{BLOCK, Film, Sums};
 use heat::{Gauge, Range};
 use lights::{DomeBuffers, LightData, Lights};
 use medium::Medium;
@@ -76,6 +76,8 @@ pub struct Renderer {
     samples: u32,
     pass_samples: u32,
     next_group: u32,
+    /// The last pass, after which some lanes may lack samples.
+    behind: Option<Slice>,
     picture: wgpu::Texture,
     gauge: Gauge,
     /// Someone beside the overlay wants to know what each pixel costs.
@@ -140,6 +142,7 @@ impl Renderer {
             samples: 0,
             pass_samples: 0,
             next_group: 0,
+            behind: None,
             picture: pipeline::picture_texture(&gpu, 1, 1),
             gauge: Gauge::new(&gpu),
             counts_cost: false,
@@ -252,6 +255,7 @@ impl Renderer {
         self.samples = 0;
         self.pass_samples = 0;
         self.next_group = 0;
+        self.behind = None;
     }
 
     /// The variant of the path tracer that the scene asks for.
@@ -266,12 +270,18 @@ impl Renderer {
             Phase::Hg => "phase/hg",
             Phase::TwoLobeHg => "phase/two_lobe_hg",
         };
+        let steps = match (self.medium.is_local(), self.lights.map_share > 0.0) {
+            (false, _) => TRACK_STEPS_GLOBAL,
+            (true, true) => TRACK_STEPS_MAP,
+            (true, false) => TRACK_STEPS_LOCAL,
+        };
         let variant = Variant::default()
             .slot("phase", phase)
             .flag("CAMERA_LENS", self.scene.camera.aperture_radius > 0.0)
             .flag("FILM_AOV", self.film.aov)
             .flag("FILM_COST", cost)
-            .count("TRACK_STEPS", if self.medium.is_local() { TRACK_STEPS_LOCAL } else { TRACK_STEPS_GLOBAL });
+            .count("TRACK_STEPS", steps)
+            .count("PATH_MOST_ROUNDS", if self.gpu.is_software() { MOST_ROUNDS_SOFTWARE } else { MOST_ROUNDS });
         let variant = tracking::variant(&self.scene, self.medium.is_analytic(), variant);
         self.medium.variant(self.lights.variant(variant))
     }
@@ -346,12 +356,14 @@ impl Renderer {
         }
         if self.pass_samples == 0 {
             // A pass never crosses the end of a block, so that sums do not depend on how passes were cut.
-            self.pass_samples = work.samples.clamp(1, BLOCK - self.samples % BLOCK);
+            let most = if self.gpu.is_software() { MOST_SAMPLES_SOFTWARE } else { BLOCK };
+            self.pass_samples = work.samples.clamp(1, most.min(BLOCK - self.samples % BLOCK));
         }
         let groups = work.groups.clamp(1, self.tiles - self.next_group).min(MAX_GROUPS);
         let slice =
             Slice { first_group: self.next_group, first_sample: self.samples, samples: self.pass_samples, unused: 0 };
         self.gpu.queue.write_buffer(&self.slice, 0, bytemuck::bytes_of(&slice));
+        self.behind = Some(Slice { first_group: 0, ..slice });
         let pipeline = self.pipeline().expect("it was polled or prepared");
         dispatch(&self.gpu, pipeline, &self.bind_groups(), groups);
         let done = f64::from(groups) / f64::from(self.tiles) * f64::from(self.pass_samples);
@@ -361,10 +373,41 @@ impl Renderer {
             self.samples += self.pass_samples;
             self.pass_samples = 0;
             if self.samples.is_multiple_of(BLOCK) {
+                self.catch_up()?;
                 self.layouts.flush(&self.gpu, &self.film);
             }
         }
         Ok(done)
+    }
+
+    /// Lets lanes draw what they could not in their dispatch (shaders/integrate/path.wgsl); pixels that have all their
+    /// samples cost next to nothing.
+    fn catch_up(&mut self) -> Result<()> {
+        if let (Some(slice), true) = (self.behind.take(), self.next_group == 0) {
+            let mut behind = 0;
+            for _ in 0..CATCH_UPS {
+                let now = self.film.count(&self.gpu)?.behind;
+                if now == behind {
+                    break;
+                }
+                behind = now;
+                let mut slice = slice;
+                while slice.first_group < self.tiles {
+                    let groups = (self.tiles - slice.first_group).min(MAX_GROUPS);
+                    self.gpu.queue.write_buffer(&self.slice, 0, bytemuck::bytes_of(&slice));
+                    let pipeline = self.pipeline().expect("it drew the pass");
+                    dispatch(&self.gpu, pipeline, &self.bind_groups(), groups);
+                    slice.first_group += groups;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The film's sums so far; blocks.
+    pub fn sums(&mut self) -> Result<Sums> {
+        self.catch_up()?;
+        self.film.read(&self.gpu)
     }
 
     /// Writes the picture so far to the texture that [`Renderer::picture`] gives, and finds the range of the overlay.
@@ -428,9 +471,19 @@ fn dispatch(gpu: &Gpu, pipeline: &Pipeline, groups: &[wgpu::BindGroup; 4], workg
     gpu.queue.submit([encoder.finish()]);
 }
 
-/// Tracking steps between looks at events, with tight majorants; measured in docs/performance.md.
+/// Tracking steps between looks at events, with tight majorants; measured on Mesa's software driver.
 const TRACK_STEPS_LOCAL: u32 = 2;
+/// The same where a map lights the scene: its events are long (15 % faster there than with 2).
+const TRACK_STEPS_MAP: u32 = 3;
 /// The same with one majorant for all, where most steps are null collisions.
 const TRACK_STEPS_GLOBAL: u32 = 4;
+/// Rounds of loops of one lane in one dispatch, after which it leaves the rest to the next.
+const MOST_ROUNDS: u32 = 1 << 18;
+/// The same on software adapters: Mesa ends all loops after 65535 rounds; the rest is for the loops of one more segment.
+const MOST_ROUNDS_SOFTWARE: u32 = 3 << 14;
+/// Samples of a pass there at most, so that few lanes are left behind.
+const MOST_SAMPLES_SOFTWARE: u32 = 32;
+/// Dispatches in which lanes may catch up at the end of a block of samples; what is missing then is lost, and said.
+const CATCH_UPS: u32 = 256;
 /// The most workgroups along one axis of a dispatch that every adapter takes.
 const MAX_GROUPS: u32 = 65535;

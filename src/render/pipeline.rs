@@ -79,7 +79,7 @@ impl Layouts {
                     entry(2, readable),
                 ],
             ),
-            film: layout("film", &[writable(0), writable(1), writable(2), writable(3), writable(4)]),
+            film: layout("film", &[writable(0), writable(1), writable(2), writable(3), writable(4), writable(5)]),
             medium_filtered: medium(true),
             medium_plain: medium(false),
             flush: compute(gpu, &plain, "film/flush", "flush_main", &Variant::default(), None)?,
@@ -113,7 +113,8 @@ impl Layouts {
 
     /// Bind group 3.
     pub fn film_group(&self, gpu: &Gpu, film: &Film) -> wgpu::BindGroup {
-        group(gpu, &self.film, &[&film.sum, &film.square, &film.extra, &film.counters, &film.cost])
+        let rest = [&film.counters, &film.cost, &film.paused];
+        group(gpu, &self.film, &[&[&film.sum, &film.square, &film.extra][..], &rest].concat())
     }
 
     /// Adds the film's block sums to the totals.

@@ -101,8 +101,9 @@ impl Builder<'_> {
         surface * STEP_COST + 4.0 * s.element_product() * self.sigma * f64::from(max)
     }
 
-    /// Appends the leaves of a box.
-    fn split(&self, low: UVec3, high: UVec3, leaves: &mut Vec<(UVec3, UVec3)>) {
+    /// Appends the leaves of a box; their cost. The box is split to the bottom and taken as one leaf where that is no dearer:
+    /// often no single plane pays, but several together do.
+    fn split(&self, low: UVec3, high: UVec3, leaves: &mut Vec<(UVec3, UVec3)>) -> f64 {
         let side = high - low;
         let mut best: Option<(f64, usize, u32)> = None;
         let mut whole = 0.0f32;
@@ -130,20 +131,31 @@ impl Builder<'_> {
             }
         }
         let too_long = side.max_element() > MOST_SPAN;
-        let Some((cost, mut axis, mut plane)) = best else { return leaves.push((low, high)) };
-        if cost >= self.cost(side, whole) {
-            if !too_long {
-                return leaves.push((low, high));
-            }
+        let leaf = self.cost(side, whole);
+        // A plane adds two faces; all that it can save is the lookups.
+        let lookups = leaf - self.cost(side, 0.0);
+        let s = side.as_dvec3() * f64::from(self.bounds.side);
+        let least_face = (s.x * s.y).min(s.y * s.z).min(s.z * s.x);
+        let hopeless = lookups <= 2.0 * least_face * STEP_COST;
+        let start = leaves.len();
+        let Some((_, mut axis, mut plane)) = best.filter(|_| too_long || !hopeless) else {
+            leaves.push((low, high));
+            return leaf;
+        };
+        if hopeless {
             axis = side.to_array().iter().position(|&n| n == side.max_element()).expect("one of the three");
             plane = side[axis] / 2;
         }
-        let mut middle = high;
+        let (mut middle, mut next) = (high, low);
         middle[axis] = low[axis] + plane;
-        self.split(low, middle, leaves);
-        let mut start = low;
-        start[axis] = low[axis] + plane;
-        self.split(start, high, leaves);
+        next[axis] = low[axis] + plane;
+        let parts = self.split(low, middle, leaves) + self.split(next, high, leaves);
+        if parts < leaf || too_long {
+            return parts;
+        }
+        leaves.truncate(start);
+        leaves.push((low, high));
+        leaf
     }
 }
 

@@ -67,7 +67,7 @@ fn costs_add_up_to_the_counters_and_leave_the_picture_alone() {
         ("film_cost[2u * pixel] += vec4u(count.lookups,", "film_cost[2u * pixel] += vec4u(count.steps,"),
         ("film_cost[2u * pixel] += vec4u(", "film_cost[2u * pixel] = vec4u("),
         ("count.nulls, reals);", "count.nulls, bounces);"),
-        ("next - slice.first_sample);", "next);"),
+        ("u32(film.samples - known));", "next);"),
     ] {
         let (pairs, _) = counted(&a, &plant("integrate/path", from, to).source, &with(Overlay::Lookups));
         assert!(!equal(&pairs), "{to} is not seen");

@@ -162,7 +162,7 @@ fn figures_are_there_and_mishaps_only_where_there_are_some() {
         assert!(harness.query_by_label_contains(figure).is_some(), "{figure}");
     }
     assert!(harness.query_by_label_contains("built in 12.3 ms").is_some());
-    let words = ["lie above their bound", "cap of steps", "are not finite"];
+    let words = ["lie above their bound", "fewer looks than wanted", "are not finite"];
     let said = |mishaps: [u64; 3]| {
         let harness = method(Scene::default(), Facts { mishaps, ..facts.clone() });
         words.map(|w| harness.query_by_label_contains(w).is_some())

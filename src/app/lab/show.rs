@@ -338,7 +338,7 @@ fn contests(sides: [Option<Costs>; 2]) -> Vec<Contest<'static>> {
     ];
     const FAULTS: [Column; 3] = [
         ("Violations", "Lookups of a density above its bound: the picture may be biased.", |c| c.violations),
-        ("Cut off", "Lanes that reached the iteration cap.", |c| c.capped),
+        ("Cut off", "Segments that took fewer looks than wanted.", |c| c.capped),
         ("Not finite", "Samples that were no number and count as black.", |c| c.nonfinite),
     ];
     let line = |fault: bool| {

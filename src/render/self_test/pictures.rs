@@ -223,7 +223,7 @@ pub(super) fn daylight(lab: &Lab) -> Result<Outcome> {
 pub(super) fn slicing(lab: &Lab) -> Result<Outcome> {
     /// More than one block of the film, and pieces that divide neither samples nor tiles.
     const SAMPLES: u32 = 300;
-    const PIECES: Work = Work { samples: 41, groups: 5 };
+    const PIECES: Work = Work { samples: 19, groups: 5 };
     let scene = cloud();
     let whole = lab.draw(&scene, SAMPLES)?;
     let pieces = lab.draw_in(&scene, SAMPLES, PIECES)?;

@@ -27,7 +27,11 @@ const PLANTS: &[(&str, &str, &str)] = &[
     ("white furnace by light samples", "weight = phase_pdf / (phase_pdf + light_pdf(w));", "weight = 1.0;"),
     ("layer of coloured albedo", "throughput *= params.albedo;", "throughput *= params.albedo.zyx;"),
     ("coloured extinction", "spectrum_step(flight, stretch * segment.bound, collides);", ""),
-    ("grid against global majorant", "params.cell * f32(1u << level)", "params.cell * f32(2u << level)"),
+    (
+        "grid against global majorant",
+        "let bound = bitcast<f32>(words.x & ~GRID_LEVEL_BITS);",
+        "let bound = bitcast<f32>(words.x & ~GRID_LEVEL_BITS) * select(1.0, 0.5, level > 0u);",
+    ),
     (
         "cloud, default settings",
         "density = medium_density(ray_at(*ray, t));",
@@ -40,7 +44,11 @@ const PLANTS: &[(&str, &str, &str)] = &[
     ),
     ("cloud, global majorant", "return segment.bound * flight.rate;", "return segment.bound * flight.rate * 1.02;"),
     ("cloud, coloured extinction", "return p / math_mean3(p);", "return vec3f(1.0);"),
-    ("pixels changed by slicing the work", "rng_start(pixel, next, ", "rng_start(pixel, next - slice.first_sample, "),
+    (
+        "pixels changed by slicing the work",
+        "rng = rng_start(pixel, next, params.seed);\n            next",
+        "rng = rng_start(pixel, next - slice.first_sample, params.seed);\n            next",
+    ),
 ];
 
 /// A planted error must be seen so clearly, in units of what a check allows.

@@ -2,9 +2,11 @@
 
 use glam::{DMat4, DVec3};
 use nephele::render::field::Field;
+use nephele::render::params::Slice;
 use nephele::scene::value::{Auto, Bounds, Matrix, Pair};
 use nephele::scene::{Analytic, Axis, FreeFlight, Scene, Transmittance};
 
+use super::super::probe::Probe;
 use super::super::support::statistics::{Check, all_hold, one_sees};
 use super::super::support::{Adapter, adapter, plant};
 use super::super::{Source, standard};
@@ -84,6 +86,7 @@ fn wrong_formulas_are_seen() {
             "medium_density(ray_at(ray, b))) / slope",
             "medium_density(ray_at(ray, b))) / abs(slope)",
         ),
+        (2, "majorant/profile", "select(exp(-step) *", "select(exp(-step - 0.3) *"),
         (3, "medium/profile", "params.profile_offset + dot", "params.profile_offset + 0.01 + dot"),
         (
             0,
@@ -93,7 +96,41 @@ fn wrong_formulas_are_seen() {
         ),
     ];
     for (i, file, from, to) in plants {
-        let scene = medium(MEDIA[i], FreeFlight::ClosedForm, Transmittance::ClosedForm);
+        let exact = (FreeFlight::ClosedForm, Transmittance::ClosedForm);
+        let bounded = (FreeFlight::Delta, Transmittance::Delta);
+        let (flight, transmittance) = if file.starts_with("majorant") { bounded } else { exact };
+        let scene = medium(MEDIA[i], flight, transmittance);
         one_sees(to, &checks(&a, &plant(file, from, to).source, MEDIA[i], &scene));
+    }
+}
+
+#[test]
+fn an_infinite_atmosphere_ends() {
+    let Some(a) = adapter() else { return };
+    let mut scene = medium(MEDIA[3], FreeFlight::Delta, Transmittance::Ratio);
+    let infinite = f64::INFINITY;
+    scene.volume.bounds = Bounds([DVec3::new(-infinite, 0.0, -infinite), DVec3::INFINITY]);
+    scene.volume.to_world = Matrix::IDENTITY;
+    let mut probe = Probe::with_field(&a.gpu, &scene, Field::load(&scene.volume).expect("a formula"));
+    probe.params.seed = 4;
+    // Up from below, aslant, down from far above: the optical depth of each is H over the sine of its height.
+    let rays = [
+        ([0.0, 0.0, 0.0f32], [0.0, 1.0, 0.0f32]),
+        ([3.0, 0.0, 1.0], [0.8, 0.6, 0.0]),
+        ([0.0, 9e4, 0.0], [0.0, -1.0, 0.0]),
+    ];
+    let inputs: Vec<[f32; 4]> =
+        rays.iter().flat_map(|(o, d)| [[o[0], o[1], o[2], 0.0], [d[0], d[1], d[2], 0.0]]).collect();
+    const STREAMS: usize = 128;
+    let slice = Slice { samples: 32, ..Slice::default() };
+    let out = probe.run(&standard(), "transmittance", &inputs, 4 * rays.len() * STREAMS, 4, slice);
+    for (i, (_, d)) in rays.iter().enumerate() {
+        let truth = (-0.7 * 0.6 / f64::from(d[1].abs())).exp();
+        let total = |k: usize, c: usize| {
+            out.chunks(4).skip(i).step_by(rays.len()).map(|v| f64::from(v[k][c])).sum::<f64>() / (32 * STREAMS) as f64
+        };
+        let (mean, steps) = (total(0, 0), total(1, 3));
+        assert!((mean / truth - 1.0).abs() < 0.05, "{d:?}: {mean} for {truth}");
+        assert!(steps < 200.0, "{d:?}: {steps} segments a ray");
     }
 }

@@ -25,7 +25,7 @@ pub struct Round {
     pub reals: f64,
     /// Shadow rays.
     pub shadows: f64,
-    /// Samples that were not finite and lanes that reached the cap.
+    /// Samples that were not finite and segments with fewer looks than wanted.
     pub faults: f64,
     /// Lookups above the bound; a majorant factor below 1 asks for them.
     pub violations: f64,
