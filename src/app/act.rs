@@ -139,14 +139,15 @@ impl App {
     }
 
     pub(super) fn capture(&mut self, now: f64) {
-        let Some(engine) = &self.engine else { return };
+        let Some(engine) = &mut self.engine else { return };
         self.capturing = engine.has_picture() && !engine.is_whole();
         if self.capturing {
             let more = "What is on screen now is a preview; it is not yet drawn at full resolution.";
             self.toasts.push(now, Kind::Info, "The picture is saved in a moment", more, Vec::new());
             return;
         }
-        let saved = engine.sums().and_then(|sums| match (sums, &engine.renderer) {
+        let sums = engine.sums();
+        let saved = sums.and_then(|sums| match (sums, &engine.renderer) {
             (Some(sums), Some(renderer)) => {
                 capture::picture(renderer, &sums, engine.figures.seconds).map(|p| (p, sums.width, sums.height))
             }

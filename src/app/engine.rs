@@ -461,9 +461,9 @@ impl Engine {
     }
 
     /// The sums of the picture, for a capture.
-    pub fn sums(&self) -> Result<Option<Sums>> {
-        match &self.renderer {
-            Some(r) if r.progress().samples > 0 => r.film.read(&self.gpu).map(Some),
+    pub fn sums(&mut self) -> Result<Option<Sums>> {
+        match &mut self.renderer {
+            Some(r) if r.progress().samples > 0 => r.sums().map(Some),
             _ => Ok(None),
         }
     }

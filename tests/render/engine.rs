@@ -67,7 +67,7 @@ impl Driver {
         panic!("the picture never ends: {:?}", self.engine.figures);
     }
 
-    fn sums(&self) -> nephele::render::film::Sums {
+    fn sums(&mut self) -> nephele::render::film::Sums {
         self.engine.sums().unwrap_or_else(|e| panic!("{e}")).expect("a picture")
     }
 }
@@ -210,8 +210,8 @@ impl Pair {
         panic!("the pictures never end: {:?} {:?}", self.a.figures, self.b.figures);
     }
 
-    fn pictures(&self) -> [Picture; 2] {
-        [&self.a, &self.b].map(|engine| Picture {
+    fn pictures(&mut self) -> [Picture; 2] {
+        [&mut self.a, &mut self.b].map(|engine| Picture {
             sums: engine.sums().unwrap_or_else(|e| panic!("{e}")).expect("a picture"),
             counters: engine.figures.counters,
         })

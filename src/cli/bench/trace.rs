@@ -36,6 +36,6 @@ pub fn trace(renderer: &mut Renderer, scene: &Scene, samples: u32, seed: u32) ->
     renderer.gpu.wait()?;
     let (wall, cpu) = watch.seconds();
     let counters = renderer.film.count(&renderer.gpu)?;
-    let sums = renderer.film.read(&renderer.gpu)?;
+    let sums = renderer.sums()?;
     Ok(Trace { wall, cpu, counters, sums })
 }
