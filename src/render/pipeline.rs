@@ -193,6 +193,15 @@ pub fn picture_texture(gpu: &Gpu, width: u32, height: u32) -> wgpu::Texture {
     })
 }
 
+/// Group 3 of kernels in shaders/probe: values in, values out.
+pub fn values_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    let values_in = entry(0, buffer(wgpu::BufferBindingType::Storage { read_only: true }));
+    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("probe"),
+        entries: &[values_in, writable(1)],
+    })
+}
+
 /// A bind group of whole buffers, numbered from 0.
 pub fn group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
     let entries: Vec<wgpu::BindGroupEntry> = (0..)

@@ -227,20 +227,7 @@ fn probe(renderer: &Renderer, kernel: &str, inputs: &[[f32; 4]], outputs: usize,
     /// Threads of a workgroup of every probe.
     const GROUP: usize = 64;
     let gpu = &renderer.gpu;
-    let storage = |binding, read_only| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-        count: None,
-    };
-    let values = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("probe"),
-        entries: &[storage(0, true), storage(1, false)],
-    });
+    let values = pipeline::values_layout(gpu);
     let layouts = &renderer.layouts;
     let medium = layouts.medium(renderer.medium.filterable(gpu));
     let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {

@@ -58,20 +58,7 @@ impl Probe {
     ) -> Vec<[f32; 4]> {
         let gpu = &self.gpu;
         let layouts = Layouts::new(gpu, source).expect("valid shaders");
-        let storage = |binding, read_only| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        };
-        let values_layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("probe"),
-            entries: &[storage(0, true), storage(1, false)],
-        });
+        let values_layout = pipeline::values_layout(gpu);
         let medium_layout = layouts.medium(self.medium.filterable(gpu));
         let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("probe"),
