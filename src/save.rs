@@ -32,7 +32,7 @@ pub fn stats(renderer: &Renderer, sums: &Sums, samples: u64) -> Value {
             "volume": medium.volume_bytes,
             "majorant": medium.majorant_bytes,
             "film": renderer.film.bytes(),
-            "reservoirs": 0,
+            "reservoirs": renderer.reuse().map_or(0, crate::render::reuse::Reuse::bytes),
         },
         "cell": medium.cell,
         "density_scale": medium.density_scale(scene),

@@ -11,11 +11,15 @@ use nephele::gpu::shader::{CATALOGUE, Linked, Source, Variant};
 use nephele::light::environment::AliasEntry;
 use nephele::render::lights::GpuLight;
 use nephele::render::params::{Params, Slice};
+use nephele::render::reuse::Frame;
 use rayon::prelude::*;
 use wgpu::naga;
 
+#[path = "shaders/reuse.rs"]
+mod reuse;
+
 /// Files that fill each slot.
-const SLOTS: [(&str, &[&str]); 6] = [
+const SLOTS: [(&str, &[&str]); 7] = [
     ("medium", &[DENSE[0], DENSE[1], DENSE[2], ANALYTIC[0], ANALYTIC[1], ANALYTIC[2]]),
     ("majorant", &["majorant/grid", "majorant/tree", "majorant/whole", "majorant/profile"]),
     ("phase", &["phase/hg", "phase/isotropic", "phase/rayleigh", "phase/two_lobe_hg"]),
@@ -51,18 +55,22 @@ const SLOTS: [(&str, &[&str]); 6] = [
             "transmittance/closed_form",
         ],
     ),
+    ("proxy", &PROXIES),
 ];
+/// The density from afar, of voxels and of formulas.
+const PROXIES: [&str; 2] = ["proxy/dense", "proxy/analytic"];
 /// Files of slot `medium` for voxels, and for formulas.
 const DENSE: [&str; 3] = ["medium/dense", "medium/dense_exact", "medium/dense_nearest"];
 const ANALYTIC: [&str; 3] = ["medium/homogeneous", "medium/linear", "medium/exponential"];
 
 /// Most lines of a shader file, and the files that may be longer: they are one algorithm each.
 const MAX_LINES: usize = 200;
-const LONG_FILES: [&str; 1] = ["integrate/path"];
+const LONG_FILES: [&str; 2] = ["integrate/path", "reuse/suffix"];
 const MAX_LONG_LINES: usize = 280;
 
 /// Top-level names that do not begin with their file's stem: the second structure of a pair that belongs together.
-const STRANGE_NAMES: [(&str, &str); 2] = [("core/params", "Slice"), ("core/params", "slice")];
+const STRANGE_NAMES: [(&str, &str); 3] =
+    [("core/params", "Slice"), ("core/params", "slice"), ("reuse/reservoir", "Path")];
 
 fn shaders_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders")
@@ -96,7 +104,7 @@ fn with_lights(variant: Variant, [sampled, map, list, many, disc, point]: [bool;
 
 /// Whether an estimator's file needs a formula for the density.
 fn is_closed(file: &str) -> bool {
-    file.ends_with("closed_form")
+    file.ends_with("closed_form") || file == PROXIES[1]
 }
 
 /// Slots and constants of the estimators, and of what else the tracking loop is made of.
@@ -107,6 +115,10 @@ fn with_tracking(variant: Variant, medium: &'static str, flight: &'static str, t
             .any(|name| file.ends_with(name))
     };
     variant
+        .slot("proxy", if DENSE.contains(&medium) { PROXIES[0] } else { PROXIES[1] })
+        .flag("REUSE", true)
+        .flag("REUSE_SECOND", true)
+        .flag("CANDIDATES_MIXED", true)
         .slot("medium", medium)
         .slot("flight", flight)
         .slot("transmittance", transmittance)
@@ -280,6 +292,7 @@ fn structs_match_rust() {
     assert_eq!(layout::compare::<Params>(&path), Ok(()));
     assert_eq!(layout::compare::<Slice>(&path), Ok(()));
     assert_eq!(layout::compare::<Light>(&path), Ok(()));
+    assert_eq!(layout::compare::<Frame>(&module("reuse/temporal")), Ok(()));
     // The table of the environment is plain data of the light module; its second field has another name there, as
     // `alias` is a reserved word of WGSL.
     let (_, entry) = path.types.iter().find(|(_, t)| t.name.as_deref() == Some("EnvironmentEntry")).expect("used");
@@ -434,6 +447,8 @@ fn slot_files_of_a_slot_declare_the_same_functions() {
             assert_eq!(signatures(file, wanted), first, "{file} against {}", files[0]);
         }
     }
+    let wanted: &[&str] = &["proxy_level", "proxy_end", "proxy_ends", "proxy_steps", "proxy_depth", "proxy_leg"];
+    assert_eq!(signatures(PROXIES[0], wanted), signatures(PROXIES[1], wanted));
     // Formulas alone have integrals. Estimators share functions through files of their folder, which linking checks.
     let first = signatures(ANALYTIC[0], &["medium_depth", "medium_invert"]);
     for file in ANALYTIC {
@@ -472,9 +487,11 @@ fn every_constant_of_a_variant_is_used() {
         }
     }
     let whole = linked("integrate/path", &whole).text;
+    let reuse = linked("reuse/candidates", &any_variant()).text;
     for (name, _) in any_variant().constants {
         let read = |text: &str| text.matches(name).count() > 1;
-        assert!(read(&dense) || read(&whole), "{name} is set and never read");
+        // Whether there are passes of reuse at all is asked on the CPU.
+        assert!(name == "REUSE" || read(&dense) || read(&whole) || read(&reuse), "{name} is set and never read");
     }
 }
 

@@ -57,6 +57,12 @@ struct Params {
     overlay_low: f32,           // ends of the overlay's colours, as logarithms (base 2) where `overlay_log` is not 0
     overlay_high: f32,
     overlay_log: u32,
+    inv_proxy: vec3f,           // one over the sides of the density from afar (slot @proxy), local units
+    proxy_inv_cell: f32,        // one over the side of its finest cells
+    proxy_last: f32,            // its coarsest level
+    proxy_weakest: f32,         // the least extinction factor above 0
+    unused0: f32,
+    unused1: f32,
 }
 
 // The part of the work that one dispatch does.

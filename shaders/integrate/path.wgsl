@@ -29,7 +29,7 @@ const PATH_LIGHT_ROUNDS: u32 = 5u;       // the same for each light at a collisi
 @compute @workgroup_size(8, 8)
 fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
     params = params_uniform;
-    light_begin();
+    light_begin(0u);
     let tile = ((slice.first_group + group.x) * params.tile_stride) % params.tiles;
     let position = vec2u(tile % params.tiles_x, tile / params.tiles_x) * 8u + local.xy;
     if (position.x >= params.width || position.y >= params.height) {

@@ -29,10 +29,14 @@ const LIGHT_POINT: u32 = 2u;
 // The light where there is only one, read once; see `params` for why.
 var<private> light_only: Light;
 
-// Begins every kernel that uses lights.
-fn light_begin() {
+// Where the lights in use begin in the list.
+var<private> light_base: u32;
+
+// Begins every kernel that uses lights, those from `base` on: 0 for those of the picture.
+fn light_begin(base: u32) {
+    light_base = base;
     if (LIGHT_HAS_LIST && !LIGHT_HAS_MANY) {
-        light_only = lights[0];
+        light_only = lights[base];
     }
 }
 
@@ -42,7 +46,7 @@ fn light_count() -> u32 {
 
 fn light_at(i: u32) -> Light {
     if (LIGHT_HAS_MANY) {
-        return lights[i];
+        return lights[light_base + i];
     }
     return light_only;
 }
@@ -52,6 +56,8 @@ struct LightSample {
     distance: f32,     // world units; MATH_FAR where there is no end
     value: vec3f,      // radiance, which `light_factor` divides by the density; a delta's irradiance over its share
     pdf: f32,          // per steradian, all techniques that could have drawn the direction; 0 for a delta
+    id: u32,           // of the light in the list
+    share: f32,        // chance that this light was the one sampled
 }
 
 // Whether `w` points into a disc. By the chord: the cosine of a small angle has no digits left.
@@ -112,7 +118,7 @@ fn light_cap(light: Light, rng: ptr<function, Rng>) -> vec3f {
 
 // A sample towards one light, from `p` (local space).
 fn light_sample(p: vec3f, rng: ptr<function, Rng>) -> LightSample {
-    var sample = LightSample(vec3f(0.0, 1.0, 0.0), MATH_FAR, vec3f(0.0), 0.0);
+    var sample = LightSample(vec3f(0.0, 1.0, 0.0), MATH_FAR, vec3f(0.0), 0.0, 0u, 1.0);
     var u = rng_next(rng);
     if (LIGHT_HAS_MAP) {
         if (u < params.environment_share) {
@@ -124,12 +130,14 @@ fn light_sample(p: vec3f, rng: ptr<function, Rng>) -> LightSample {
     if (LIGHT_HAS_LIST) {
         var i = 0u;
         if (LIGHT_HAS_MANY) {
-            while (i + 1u < params.light_count && u >= lights[i].share) {
-                u -= lights[i].share;
+            while (i + 1u < params.light_count && u >= lights[light_base + i].share) {
+                u -= lights[light_base + i].share;
                 i++;
             }
         }
         let light = light_at(i);
+        sample.id = i;
+        sample.share = light.share;
         if (!LIGHT_HAS_MAP || u >= 0.0) {
             if (LIGHT_HAS_DISC && light.kind == LIGHT_DISC) {
                 sample.direction = light_cap(light, rng);

@@ -5,7 +5,7 @@
 @compute @workgroup_size(64)
 fn probe_light_main(@builtin(global_invocation_id) id: vec3u) {
     params = params_uniform;
-    light_begin();
+    light_begin(0u);
     if (3u * id.x + 2u >= arrayLength(&probe_out)) {
         return;
     }

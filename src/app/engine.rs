@@ -358,6 +358,8 @@ impl Engine {
         if !enough && !rests && (progress.samples < goal || progress.pass > 0) {
             let before = Instant::now();
             let tiles = renderer.tiles();
+            // Frames in motion keep their paths from one to the next.
+            renderer.set_moving(preview);
             let submitted = if preview {
                 // A whole pass: every pixel shows the newest camera.
                 renderer.submit(Work { samples: 1, groups: u32::MAX })?
@@ -379,7 +381,7 @@ impl Engine {
     fn show(&mut self, done: bool, new_overlay: bool) {
         let Some(renderer) = &mut self.renderer else { return };
         let progress = renderer.progress();
-        let newer = Stage { scale: self.scale, samples: progress.samples };
+        let newer = Stage { scale: self.scale, samples: progress.samples * renderer.worth() };
         self.drawn = progress.samples;
         if new_overlay {
             self.shown = None;

@@ -7,7 +7,7 @@ use crate::error::{Code, Error};
 use crate::io::picture;
 use crate::scene::row::{Effect, Row, Scale, Section, section};
 use crate::scene::value::{Value, choice};
-use crate::scene::{Integrator, Medium, Scene, Tracking};
+use crate::scene::{Integrator, Medium, Restir, Scene, Tracking};
 
 pub mod compare;
 mod show;
@@ -80,6 +80,8 @@ pub struct Own {
     pub integrator: Integrator,
     /// Estimators and bounds.
     pub tracking: Tracking,
+    /// Resampling.
+    pub restir: Restir,
 }
 
 /// The lab's part of a session.
@@ -158,7 +160,7 @@ impl Own {
     pub fn beside(a: &Scene) -> Own {
         let seed = a.integrator.seed.wrapping_add(1);
         let integrator = Integrator { seed, ..Integrator::default() };
-        Own { medium: a.medium.clone(), integrator, tracking: Tracking::default() }
+        Own { medium: a.medium.clone(), integrator, tracking: Tracking::default(), restir: Restir::default() }
     }
 
     /// A copy of `a`'s settings with another seed.
@@ -168,24 +170,34 @@ impl Own {
     }
 
     fn of(scene: &Scene) -> Own {
-        Own { medium: scene.medium.clone(), integrator: scene.integrator.clone(), tracking: scene.tracking.clone() }
+        Own {
+            medium: scene.medium.clone(),
+            integrator: scene.integrator.clone(),
+            tracking: scene.tracking.clone(),
+            restir: scene.restir.clone(),
+        }
     }
 
     /// The whole scene of B, where A's is `a`.
     pub fn beside_shared(&self, a: &Scene) -> Scene {
-        let Own { medium, integrator, tracking } = self.clone();
-        Scene { medium, integrator, tracking, ..a.clone() }
+        let Own { medium, integrator, tracking, restir } = self.clone();
+        Scene { medium, integrator, tracking, restir, ..a.clone() }
     }
 
     /// Takes B's scene apart after an edit: its own part is kept here, what is shared goes to `a`.
     pub fn take_apart(&mut self, b: Scene, a: &mut Scene) {
         *self = Own::of(&b);
-        let Own { medium, integrator, tracking } = Own::of(a);
-        *a = Scene { medium, integrator, tracking, ..b };
+        let Own { medium, integrator, tracking, restir } = Own::of(a);
+        *a = Scene { medium, integrator, tracking, restir, ..b };
     }
 
-    fn sections(&self) -> [(&'static str, &dyn Section); 3] {
-        [("medium", &self.medium), ("integrator", &self.integrator), ("tracking", &self.tracking)]
+    fn sections(&self) -> [(&'static str, &dyn Section); 4] {
+        [
+            ("medium", &self.medium),
+            ("integrator", &self.integrator),
+            ("tracking", &self.tracking),
+            ("restir", &self.restir),
+        ]
     }
 }
 
@@ -196,6 +208,7 @@ impl Lab {
         std::mem::swap(&mut own.medium, &mut a.medium);
         std::mem::swap(&mut own.integrator, &mut a.integrator);
         std::mem::swap(&mut own.tracking, &mut a.tracking);
+        std::mem::swap(&mut own.restir, &mut a.restir);
     }
 
     /// As a table of a session.
@@ -209,10 +222,13 @@ impl Lab {
 
     /// From such a table; a value that does not fit is the default.
     pub fn parse(mut table: toml::Table) -> Lab {
-        let mut own =
-            Own { medium: Medium::default(), integrator: Integrator::default(), tracking: Tracking::default() };
-        let mut sections: [(&str, &mut dyn Section); 3] =
-            [("medium", &mut own.medium), ("integrator", &mut own.integrator), ("tracking", &mut own.tracking)];
+        let mut own = Own::of(&Scene::default());
+        let mut sections: [(&str, &mut dyn Section); 4] = [
+            ("medium", &mut own.medium),
+            ("integrator", &mut own.integrator),
+            ("tracking", &mut own.tracking),
+            ("restir", &mut own.restir),
+        ];
         let mut found = false;
         for (name, section) in &mut sections {
             if let Some(toml::Value::Table(values)) = table.remove(*name) {

@@ -15,7 +15,9 @@ use super::widgets::{
 use crate::io::volume_file;
 use crate::render::tracking;
 use crate::scene::value::Limit;
-use crate::scene::{Analytic, FreeFlight, Light, MajorantKind, Phase, Procedural, Scene, Tracking, Transmittance};
+use crate::scene::{
+    Analytic, FreeFlight, Light, MajorantKind, Phase, Procedural, Restir, Scene, Tracking, Transmittance,
+};
 
 /// Which sections are open, in their order.
 #[derive(Clone, Debug, PartialEq)]
@@ -349,6 +351,23 @@ fn tracking_keys(tracking: &Tracking) -> Vec<&'static str> {
     keys
 }
 
+/// Settings of the stages of resampling that are on.
+fn restir_keys(restir: &Restir) -> Vec<&'static str> {
+    let mut keys = vec!["restir.candidates", "restir.final_samples", "restir.temporal"];
+    if restir.temporal {
+        keys.extend(["restir.cap", "restir.edit_confidence", "restir.permute"]);
+    }
+    keys.push("restir.spatial");
+    if restir.spatial {
+        keys.extend(["restir.neighbours", "restir.reach"]);
+    }
+    if restir.spatial && restir.temporal {
+        keys.push("restir.history");
+    }
+    keys.extend(["restir.reconnect_distance", "restir.still_after", "restir.still_cap", "restir.proxy_cell"]);
+    keys
+}
+
 /// Why the picture may not be what it should, for each of `Facts::mishaps`.
 fn mishaps(facts: &Facts, factor: f64) -> Vec<String> {
     let [violations, capped, nonfinite] = facts.mishaps;
@@ -362,6 +381,12 @@ fn mishaps(facts: &Facts, factor: f64) -> Vec<String> {
 }
 
 fn method_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts, state: &State, wishes: &mut Vec<Wish>) {
+    rows.show(ui, "integrator.mode");
+    if rows.scene.integrator.mode.reuses() {
+        for key in restir_keys(&rows.scene.restir) {
+            rows.show(ui, key);
+        }
+    }
     for key in tracking_keys(&rows.scene.tracking) {
         rows.show(ui, key);
     }

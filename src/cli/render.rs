@@ -1,6 +1,7 @@
 //! `nephele render`: pictures and sequences without a window.
 
-use std::io::{IsTerminal, Write};
+use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,13 +15,17 @@ use crate::gpu::device::Gpu;
 use crate::gpu::shader::Source;
 use crate::input;
 use crate::io::picture;
-use crate::render::Renderer;
 use crate::render::field::Field;
 use crate::render::film::{Aov, Counters, Sums};
 use crate::render::medium::Medium;
 use crate::render::pace::Pace;
+use crate::render::{Renderer, Work};
 use crate::save;
 use crate::scene::Scene;
+
+mod bar;
+
+use bar::Bar;
 
 /// Flags of `render`.
 #[derive(Debug, Args)]
@@ -95,11 +100,6 @@ const DEFAULT_SPP: u32 = 256;
 /// Seconds of one piece of work: short enough for Ctrl-C and for watchdogs, long enough to cost nothing.
 const SLICE_SOFTWARE: f64 = 0.2;
 const SLICE_GPU: f64 = 0.03;
-/// Seconds between lines of progress that go to no terminal.
-const PROGRESS_LINE: f64 = 10.0;
-/// Seconds between updates on a terminal.
-const PROGRESS_TICK: f64 = 0.1;
-
 /// Runs `render`; `start` is when the program began.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<()> {
     let format = picture::Format::of_path(&args.output)?;
@@ -132,53 +132,43 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<()> {
         paths: 0.0,
         lost: 0.0,
         pace: None,
+        passes: BTreeMap::new(),
     };
     let field = Arc::new(Field::load(&scene.volume)?);
     let gpu = Arc::new(Gpu::headless()?);
+    let opened = |scene: &Scene| -> Result<Renderer> {
+        let aov = args.aov.iter().any(|a| a.needs_sums());
+        let medium = Medium::new(&gpu, field.clone(), scene)?;
+        let size = (scene.film.width, scene.film.height);
+        let mut renderer = Renderer::new(gpu.clone(), Source::standard(), scene, medium, size, aov)?;
+        renderer.count_cost(args.aov.iter().any(|a| a.needs_cost()))?;
+        for warning in renderer.warnings() {
+            eprintln!("{warning}");
+        }
+        Ok(renderer)
+    };
+    let at = |frame: Option<u32>| match frame {
+        Some(f) => scene.at_frame(f64::from(f)),
+        None => Ok(scene.clone()),
+    };
+    if let (true, Some((_, last))) = (scene.integrator.mode.reuses(), args.frames) {
+        let mut renderer = opened(&at(Some(0))?)?;
+        let pictures = run.sequence(&mut renderer, &frames, last, at)?;
+        for ((frame, path), picture) in frames.iter().zip(&pictures) {
+            run.save(&renderer, &at(*frame)?, picture, path)?;
+        }
+        return run.finish(pictures.last().map_or(0, |p| p.samples), &args.output);
+    }
     let mut renderer: Option<Renderer> = None;
-    let mut warnings: Vec<Warning> = Vec::new();
     for (frame, path) in frames {
-        let frame_scene = match frame {
-            Some(f) => scene.at_frame(f64::from(f))?,
-            None => scene.clone(),
-        };
-        let size = (frame_scene.film.width, frame_scene.film.height);
+        let frame_scene = at(frame)?;
         let renderer = match &mut renderer {
-            Some(r) => {
-                r.update(&frame_scene, size, None)?;
-                r
-            }
-            none => {
-                let aov = args.aov.iter().any(|a| a.needs_sums());
-                let source = Source::standard();
-                let medium = Medium::new(&gpu, field.clone(), &frame_scene)?;
-                let mut renderer = Renderer::new(gpu.clone(), source, &frame_scene, medium, size, aov)?;
-                renderer.count_cost(args.aov.iter().any(|a| a.needs_cost()))?;
-                none.insert(renderer)
-            }
+            Some(r) => r,
+            none => none.insert(opened(&frame_scene)?),
         };
-        if warnings.is_empty() {
-            warnings = renderer.warnings();
-            for warning in &warnings {
-                eprintln!("{warning}");
-            }
-        }
         let picture = run.picture(renderer, &frame_scene)?;
-        let mut stats = run.stats(renderer, &frame_scene, &picture, &warnings);
-        let image = picture.sums.image(&args.aov, frame_scene.medium.albedo.0, picture.variance.as_deref());
-        if !save::overlay(&path, &picture.sums, &frame_scene, &mut stats)? {
-            save::picture(&path, &image, &frame_scene, &stats)?;
-        }
-        if let Some(stats_path) = &args.stats {
-            picture::write_whole(stats_path, |f| writeln!(f, "{stats:#}"))?;
-        }
-        if run.interrupted.load(Ordering::Relaxed) {
-            let spp = picture.samples;
-            return Err(Error::new(
-                Code::Interrupted,
-                format!("Stopped; {} has {spp} samples per pixel.", path.display()),
-            ));
-        }
+        run.save(renderer, &frame_scene, &picture, &path)?;
+        run.finish(picture.samples, &path)?;
     }
     Ok(())
 }
@@ -239,6 +229,8 @@ struct Picture {
     runs: u32,
     /// Samples of each pixel, the fewest of all.
     samples: u64,
+    /// Whether samples of a pixel are not independent, so that their spread tells nothing.
+    correlated: bool,
 }
 
 /// What is summed over all frames and repeats of one command.
@@ -253,9 +245,104 @@ struct Run<'a> {
     lost: f64,
     paths: f64,
     pace: Option<Pace>,
+    /// Seconds of each pass of resampling.
+    passes: BTreeMap<&'static str, f64>,
 }
 
 impl Run<'_> {
+    /// Frames of a mode that reuses paths: what a person sees while things move. Each run draws all frames from 0 to `last`;
+    /// the pictures are of `frames`.
+    fn sequence(
+        &mut self,
+        renderer: &mut Renderer,
+        frames: &[(Option<u32>, PathBuf)],
+        last: u32,
+        at: impl Fn(Option<u32>) -> Result<Scene>,
+    ) -> Result<Vec<Picture>> {
+        let merged = self.args.spp.unwrap_or(1);
+        let mut means: Vec<(Spread, Option<Sums>)> = frames.iter().map(|_| Default::default()).collect();
+        let mut bar = Bar::new(self.args.progress);
+        let mut runs = 0;
+        renderer.set_moving(true);
+        for k in 0..self.args.repeat {
+            for frame in 0..=last {
+                let mut scene = at(Some(frame))?;
+                scene.integrator.seed = scene.integrator.seed.wrapping_add(k);
+                renderer.update(&scene, (scene.film.width, scene.film.height), None)?;
+                if let (0, Some(reuse)) = (frame, renderer.reuse_mut()) {
+                    reuse.rewind();
+                    reuse.timed = true;
+                }
+                renderer.restart();
+                renderer.prepare()?;
+                if self.paths == 0.0 {
+                    self.setup_seconds = self.start.elapsed().as_secs_f64();
+                }
+                let begin = Instant::now();
+                renderer.submit(Work { samples: merged, groups: u32::MAX })?;
+                renderer.gpu.wait()?;
+                self.render_seconds += begin.elapsed().as_secs_f64();
+                self.count(&renderer.film.count(&renderer.gpu)?);
+                self.paths += f64::from(merged) * f64::from(scene.film.width) * f64::from(scene.film.height);
+                if let Some(written) = frames.iter().position(|(f, _)| *f == Some(frame)) {
+                    let sums = renderer.sums()?;
+                    means[written].0.add(&sums);
+                    match &mut means[written].1 {
+                        Some(total) => total.add(&sums),
+                        none => *none = Some(sums),
+                    }
+                }
+                if self.interrupted.load(Ordering::Relaxed) {
+                    break;
+                }
+                let share = (f64::from(k) + f64::from(frame + 1) / f64::from(last + 1)) / f64::from(self.args.repeat);
+                bar.show(frame, share, k, self.args.repeat);
+            }
+            if self.interrupted.load(Ordering::Relaxed) && k > 0 {
+                break;
+            }
+            runs += 1;
+        }
+        bar.clear();
+        if let Some(reuse) = renderer.reuse() {
+            self.passes = reuse.seconds.clone();
+        }
+        let picture = |(between, sums): (Spread, Option<Sums>)| {
+            let sums = sums?;
+            Some(Picture {
+                sums,
+                variance: (runs > 1).then(|| between.variance()),
+                runs,
+                samples: u64::from(merged),
+                correlated: true,
+            })
+        };
+        // What an interrupt left undrawn is not written.
+        Ok(means.into_iter().map_while(picture).collect())
+    }
+
+    /// Writes a picture, its statistics and what its overlay shows.
+    fn save(&self, renderer: &Renderer, scene: &Scene, picture: &Picture, path: &Path) -> Result<()> {
+        let mut stats = self.stats(renderer, scene, picture, &renderer.warnings());
+        let image = picture.sums.image(&self.args.aov, scene.medium.albedo.0, picture.variance.as_deref());
+        if !save::overlay(path, &picture.sums, scene, &mut stats)? {
+            save::picture(path, &image, scene, &stats)?;
+        }
+        if let Some(stats_path) = &self.args.stats {
+            picture::write_whole(stats_path, |f| writeln!(f, "{stats:#}"))?;
+        }
+        Ok(())
+    }
+
+    /// An error if the run was interrupted.
+    fn finish(&self, samples: u64, path: &Path) -> Result<()> {
+        if self.interrupted.load(Ordering::Relaxed) {
+            let text = format!("Stopped; {} has {samples} samples per pixel.", path.display());
+            return Err(Error::new(Code::Interrupted, text));
+        }
+        Ok(())
+    }
+
     fn picture(&mut self, renderer: &mut Renderer, scene: &Scene) -> Result<Picture> {
         let size = (scene.film.width, scene.film.height);
         let mut total: Option<Sums> = None;
@@ -265,6 +352,9 @@ impl Run<'_> {
             let mut scene = scene.clone();
             scene.integrator.seed = scene.integrator.seed.wrapping_add(k);
             renderer.update(&scene, size, None)?;
+            if let Some(reuse) = renderer.reuse_mut() {
+                reuse.timed = true;
+            }
             renderer.prepare()?;
             if self.paths == 0.0 {
                 self.setup_seconds = self.start.elapsed().as_secs_f64();
@@ -291,7 +381,11 @@ impl Run<'_> {
         }
         let sums = total.expect("at least one run");
         let samples = sums.square.iter().map(|s| s[3]).fold(f64::INFINITY, f64::min) as u64;
-        Ok(Picture { sums, variance: (runs > 1).then(|| between.variance()), runs, samples })
+        if let Some(reuse) = renderer.reuse() {
+            self.passes = reuse.seconds.clone();
+        }
+        let correlated = renderer.is_correlated();
+        Ok(Picture { sums, variance: (runs > 1).then(|| between.variance()), runs, samples, correlated })
     }
 
     /// Draws until a limit is reached.
@@ -321,7 +415,8 @@ impl Run<'_> {
             {
                 // Reading the film costs a little, so look at a growing distance.
                 next_check = progress.samples + (progress.samples / 8).max(1);
-                let error = renderer.film.read(&renderer.gpu)?.relative_error();
+                let sums = renderer.sums()?;
+                let error = sums.relative_error().filter(|_| !renderer.is_correlated());
                 if error.is_some_and(|e| e <= target) {
                     break;
                 }
@@ -360,6 +455,7 @@ impl Run<'_> {
 
     fn stats(&self, r: &Renderer, scene: &Scene, picture: &Picture, warnings: &[Warning]) -> serde_json::Value {
         let error = match &picture.variance {
+            None if picture.correlated => None,
             None => picture.sums.relative_error(),
             Some(variance) => {
                 let n = variance.len() as f64;
@@ -403,6 +499,9 @@ impl Run<'_> {
             "violations": c.violations,
             "warnings": warnings,
         });
+        if scene.integrator.mode.reuses() {
+            stats["passes"] = json!(self.passes);
+        }
         if let (Some(all), serde_json::Value::Object(own)) = (stats.as_object_mut(), own) {
             all.extend(own);
         }
@@ -436,44 +535,6 @@ impl Spread {
 
     fn variance(&self) -> Vec<[f64; 3]> {
         self.square.iter().map(|s| s.map(|x| x / (self.runs - 1.0))).collect()
-    }
-}
-
-/// Progress on stderr.
-struct Bar {
-    terminal: bool,
-    lines: bool,
-    begin: Instant,
-    last: f64,
-}
-
-impl Bar {
-    fn new(forced: bool) -> Bar {
-        let terminal = std::io::stderr().is_terminal();
-        Bar { terminal, lines: forced && !terminal, begin: Instant::now(), last: 0.0 }
-    }
-
-    fn show(&mut self, samples: u32, share: f64, run: u32, runs: u32) {
-        let seconds = self.begin.elapsed().as_secs_f64();
-        let interval = if self.terminal { PROGRESS_TICK } else { PROGRESS_LINE };
-        if !(self.terminal || self.lines) || seconds - self.last < interval {
-            return;
-        }
-        self.last = seconds;
-        let left = if share > 0.0 { format!(", {:.0} s left", seconds / share - seconds) } else { String::new() };
-        let of = if runs > 1 { format!(" of run {}/{runs}", run + 1) } else { String::new() };
-        let text = format!("{samples} samples{of}, {:.0} %, {seconds:.1} s{left}", share * 100.0);
-        if self.terminal {
-            eprint!("\r\x1b[2K{text}");
-        } else {
-            eprintln!("{text}");
-        }
-    }
-
-    fn clear(&self) {
-        if self.terminal {
-            eprint!("\r\x1b[2K");
-        }
     }
 }
 

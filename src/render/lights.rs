@@ -279,6 +279,14 @@ impl Lights {
             ((constant + map_radiance + powers.iter().sum::<f64>() / sphere) as f32).max(f32::MIN_POSITIVE);
     }
 
+    /// Whether the map is that of `other`, apart from its factor and rotation.
+    pub fn has_map_of(&self, other: &Lights) -> bool {
+        match (&self.dome, &other.dome) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        }
+    }
+
     /// The constants that these lights choose.
     pub fn variant(&self, variant: Variant) -> Variant {
         let has = |kind: u32| self.list.iter().any(|l| l.kind == kind);
@@ -291,16 +299,19 @@ impl Lights {
             .flag("LIGHT_HAS_POINT", has(POINT))
     }
 
-    /// Bind group 2. The dome's own part is kept in `kept`: it is dear, and seldom another one.
+    /// Bind group 2. The dome's own part is kept in `kept`: it is dear, and seldom another one. The list of a frame before,
+    /// `previous`, follows the lights' own.
     pub fn bind_group(
         &self,
         gpu: &Gpu,
         layout: &wgpu::BindGroupLayout,
         kept: &mut Option<DomeBuffers>,
+        previous: &[GpuLight],
     ) -> wgpu::BindGroup {
-        let none = [GpuLight::default()];
-        let list = if self.list.is_empty() { &none[..] } else { &self.list[..] };
-        let list = storage(gpu, "lights", bytemuck::cast_slice(list));
+        let mut list = self.list.clone();
+        list.extend_from_slice(previous);
+        list.resize(list.len().max(1), GpuLight::default());
+        let list = storage(gpu, "lights", bytemuck::cast_slice(&list));
         let same = |k: &DomeBuffers| match (&k.dome, &self.dome) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (a, b) => a.is_none() && b.is_none(),

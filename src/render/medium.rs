@@ -11,6 +11,7 @@ use crate::gpu::shader::Variant;
 use crate::scene::value::Auto;
 use crate::scene::{Control, MajorantKind, Precision, Scene};
 use crate::volume::majorant::{Padded, Words, level_sigma};
+use crate::volume::proxy::Proxy;
 
 use super::field::{Field, Profile, Shape, density_scale};
 use super::tracking;
@@ -74,6 +75,50 @@ struct CellKey {
     control: Option<Control>,
 }
 
+/// The density from afar on the adapter, for resampling; one empty texel where nobody asks for it.
+pub struct Afar {
+    /// Texels along the side of a cell of the finest level.
+    pub side: u32,
+    /// Cells of the finest level along x, y, z.
+    pub size: UVec3,
+    /// Levels.
+    pub levels: u32,
+    /// Bytes of the texture.
+    pub bytes: u64,
+    texture: wgpu::Texture,
+    sampler: wgpu::Sampler,
+}
+
+impl Afar {
+    fn new(gpu: &Gpu, proxy: Option<&Proxy>) -> Afar {
+        let size = proxy.map_or(UVec3::ONE, |p| p.levels[0].size);
+        let levels = proxy.map_or(1, |p| p.levels.len() as u32);
+        let zero = |x: f32| half::f16::from_f32(x).to_bits().to_le_bytes();
+        let bytes: Vec<u8> = match proxy {
+            Some(p) => p.levels.iter().flat_map(|l| &l.data).flat_map(|&x| zero(x)).collect(),
+            None => zero(0.0).to_vec(),
+        };
+        let descriptor = wgpu::TextureDescriptor {
+            mip_level_count: levels,
+            ..texture_3d("density from afar", size, wgpu::TextureFormat::R16Float)
+        };
+        let order = wgpu::util::TextureDataOrder::LayerMajor;
+        let texture = gpu.device.create_texture_with_data(&gpu.queue, &descriptor, order, &bytes);
+        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("density from afar"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            ..Default::default()
+        });
+        Afar { side: proxy.map_or(1, |p| p.side), size, levels, bytes: bytes.len() as u64, texture, sampler }
+    }
+
+    /// Texels that it spans.
+    pub fn span(&self) -> UVec3 {
+        self.size * self.side
+    }
+}
+
 /// The medium on the adapter.
 pub struct Medium {
     /// Where it comes from.
@@ -96,8 +141,11 @@ pub struct Medium {
     pub majorant_seconds: f64,
     /// ∫ density dt along a mean column; see [`Field::mean_column`].
     pub mean_column: Option<f64>,
+    /// The density from afar.
+    pub proxy: Afar,
     padded: Option<Padded>,
     cell_key: CellKey,
+    proxy_key: Option<u32>,
     exact: bool,
     texture: wgpu::Texture,
     cell_texture: wgpu::Texture,
@@ -153,7 +201,9 @@ impl Medium {
             majorant_bytes: 0,
             majorant_seconds: 0.0,
             mean_column,
+            proxy: Afar::new(gpu, None),
             padded,
+            proxy_key: None,
             cell_key: CellKey { kind: MajorantKind::Global, side: None, sigma: 0.0, control: None },
             exact,
             texture,
@@ -162,14 +212,16 @@ impl Medium {
         };
         medium.cell_key = medium.wanted_cells(scene);
         medium.build_cells(gpu);
+        medium.match_proxy(gpu, scene);
         Ok(medium)
     }
 
     /// Brings the majorant cells up to `scene`; whether anything changed.
     pub fn update(&mut self, gpu: &Gpu, scene: &Scene) -> bool {
         let key = self.wanted_cells(scene);
-        let changes = key != self.cell_key;
-        if changes {
+        let other = self.match_proxy(gpu, scene);
+        let changes = key != self.cell_key || other;
+        if key != self.cell_key {
             self.cell_key = key;
             self.build_cells(gpu);
         }
@@ -192,6 +244,18 @@ impl Medium {
         let is_level_grid = t.majorant == MajorantKind::Grid && side.is_none();
         let kind = if is_level_grid && tracking::needs_fixed_bounds(t) { MajorantKind::Hierarchy } else { t.majorant };
         CellKey { kind, side, sigma, control: tracking::needs_control(t).then_some(t.control) }
+    }
+
+    /// Makes the density from afar where the scene's mode asks for it, or lets it go; whether that is a change.
+    fn match_proxy(&mut self, gpu: &Gpu, scene: &Scene) -> bool {
+        let key = scene.integrator.mode.reuses().then_some(scene.restir.proxy_cell);
+        let changes = key != self.proxy_key;
+        if changes {
+            self.proxy_key = key;
+            let proxy = key.and_then(|side| self.padded.as_ref().map(|p| Proxy::new(p, side)));
+            self.proxy = Afar::new(gpu, proxy.as_ref());
+        }
+        changes
     }
 
     fn build_cells(&mut self, gpu: &Gpu) {
@@ -250,6 +314,7 @@ impl Medium {
             (None, _) => "majorant/grid",
         };
         variant
+            .slot("proxy", if profile.is_some() { "proxy/analytic" } else { "proxy/dense" })
             .slot("medium", medium)
             .slot("majorant", majorant)
             .flag("MAJORANT_CONTROL", self.cell_key.control.is_some())
@@ -282,6 +347,7 @@ impl Medium {
     pub fn bind_group(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::BindGroup {
         let density = self.texture.create_view(&wgpu::TextureViewDescriptor::default());
         let cells = self.cell_texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let afar = self.proxy.texture.create_view(&wgpu::TextureViewDescriptor::default());
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("medium"),
             layout,
@@ -289,6 +355,8 @@ impl Medium {
                 wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&density) },
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&self.sampler) },
                 wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&cells) },
+                wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(&afar) },
+                wgpu::BindGroupEntry { binding: 4, resource: wgpu::BindingResource::Sampler(&self.proxy.sampler) },
             ],
         })
     }

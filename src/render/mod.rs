@@ -13,6 +13,7 @@ use crate::scene::{Phase, Scene};
 
 pub mod field;
 pub mod film;
+mod frames;
 pub mod heat;
 pub mod lights;
 pub mod medium;
@@ -20,6 +21,7 @@ pub mod pace;
 pub mod params;
 pub mod peek;
 pub mod pipeline;
+pub mod reuse;
 pub mod self_test;
 pub mod tracking;
 
@@ -29,6 +31,7 @@ use lights::{DomeBuffers, LightData, Lights};
 use medium::Medium;
 use params::{Params, Slice};
 use pipeline::{Layouts, Pipeline};
+use reuse::Reuse;
 
 /// Where a picture stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +69,14 @@ pub struct Renderer {
     dome: Option<DomeBuffers>,
     lights: Lights,
     params: wgpu::Buffer,
+    /// What it holds.
+    params_now: Params,
     slice: wgpu::Buffer,
+    /// The uniform of the frame before, where paths are reused.
+    previous: wgpu::Buffer,
+    reuse: Option<Reuse>,
+    /// Every pass is a frame of its own, with history and nothing averaged: what is seen while things move.
+    moves: bool,
     frame_group: wgpu::BindGroup,
     medium_group: wgpu::BindGroup,
     light_group: wgpu::BindGroup,
@@ -115,10 +125,11 @@ impl Renderer {
         };
         let params = uniform("params", bytemuck::bytes_of(&params_of));
         let slice = uniform("slice", bytemuck::bytes_of(&Slice::default()));
-        let frame_group = layouts.frame_group(&gpu, &params, &slice);
+        let previous = uniform("previous", bytemuck::bytes_of(&params_of));
+        let frame_group = layouts.frame_group(&gpu, &params, &slice, &previous);
         let medium_group = medium.bind_group(&gpu, layouts.medium(medium.filterable(&gpu)));
         let mut dome = None;
-        let light_group = lights.bind_group(&gpu, &layouts.lights, &mut dome);
+        let light_group = lights.bind_group(&gpu, &layouts.lights, &mut dome, &[]);
         let film_group = layouts.film_group(&gpu, &film);
         let mut renderer = Renderer {
             scene: scene.clone(),
@@ -132,7 +143,11 @@ impl Renderer {
             dome,
             lights,
             params,
+            params_now: params_of,
             slice,
+            previous,
+            reuse: None,
+            moves: false,
             frame_group,
             medium_group,
             light_group,
@@ -149,6 +164,7 @@ impl Renderer {
             gpu,
         };
         renderer.match_cost()?;
+        renderer.match_reuse()?;
         renderer.gpu.check()?;
         Ok(renderer)
     }
@@ -181,6 +197,8 @@ impl Renderer {
             let data = LightData::load(scene)?;
             self.light_data = data;
         }
+        // Targets of the frame before are evaluated by the kernels of this one, which must know its spectrum.
+        changes.history |= tracking::spectrum(scene) != tracking::spectrum(&self.scene);
         let old = std::mem::replace(&mut self.scene, scene.clone());
         if let Err(e) = self.rebuild(&mut changes, size, medium) {
             self.scene = old;
@@ -196,6 +214,7 @@ impl Renderer {
             self.medium_group =
                 self.medium.bind_group(&self.gpu, self.layouts.medium(self.medium.filterable(&self.gpu)));
             changes.accumulation = true;
+            changes.history = true;
         } else if self.medium.update(&self.gpu, &self.scene) {
             changes.majorants = true;
             self.medium_group =
@@ -211,11 +230,22 @@ impl Renderer {
             let (field, unit) = (&self.medium.field, self.medium.unit);
             let lights = Lights::of(&self.scene, &self.light_data, field, unit, Some(&self.lights));
             lights.fits(&self.gpu)?;
-            self.light_group = lights.bind_group(&self.gpu, &self.layouts.lights, &mut self.dome);
+            let old = self.reuse.as_ref().map_or(&[][..], Reuse::old_lights);
+            self.light_group = lights.bind_group(&self.gpu, &self.layouts.lights, &mut self.dome, old);
+            // The map of the frame before is gone, and targets that it gave cannot be told again.
+            changes.history |= !lights.has_map_of(&self.lights);
             self.lights = lights;
             self.restart();
         }
         self.match_cost()?;
+        if let Some(reuse) = &mut self.reuse {
+            if changes.history {
+                reuse.rewind();
+            } else if changes.suffixes {
+                reuse.edit(true);
+            }
+        }
+        self.match_reuse()?;
         if changes.accumulation || changes.view {
             self.write_params();
         }
@@ -229,6 +259,7 @@ impl Renderer {
             range.write(&look, &mut params);
         }
         self.tiles = params.tiles;
+        self.params_now = params;
         self.gpu.queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
     }
 
@@ -280,6 +311,9 @@ impl Renderer {
             .flag("CAMERA_LENS", self.scene.camera.aperture_radius > 0.0)
             .flag("FILM_AOV", self.film.aov)
             .flag("FILM_COST", cost)
+            .flag("REUSE", self.scene.integrator.mode.reuses())
+            .flag("CANDIDATES_MIXED", self.scene.camera.aperture_radius > 0.0 || self.medium.is_analytic())
+            .flag("REUSE_SECOND", reuse::has_second(&self.scene))
             .count("TRACK_STEPS", steps)
             .count("PATH_MOST_ROUNDS", if self.gpu.is_software() { MOST_ROUNDS_SOFTWARE } else { MOST_ROUNDS });
         let variant = tracking::variant(&self.scene, self.medium.is_analytic(), variant);
@@ -353,6 +387,9 @@ impl Renderer {
     pub fn submit(&mut self, work: Work) -> Result<f64> {
         if !self.poll()? {
             self.prepare()?;
+        }
+        if let (0, Some(cap)) = (self.pass_samples, self.cap()) {
+            return self.draw_frame(cap, if self.moves { work.samples.max(1) } else { 1 });
         }
         if self.pass_samples == 0 {
             // A pass never crosses the end of a block, so that sums do not depend on how passes were cut.

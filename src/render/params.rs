@@ -65,6 +65,12 @@ gpu_struct! {
         overlay_low: f32,
         overlay_high: f32,
         overlay_log: u32,
+        inv_proxy: [f32; 3],
+        proxy_inv_cell: f32,
+        proxy_last: f32,
+        proxy_weakest: f32,
+        unused0: f32,
+        unused1: f32,
     }
 }
 
@@ -202,6 +208,12 @@ impl Params {
             overlay_low: 0.0,
             overlay_high: 0.0,
             overlay_log: 0,
+            inv_proxy: medium.proxy.span().as_vec3().recip().to_array(),
+            proxy_inv_cell: 1.0 / medium.proxy.side as f32,
+            proxy_last: medium.proxy.levels.saturating_sub(1) as f32,
+            proxy_weakest: colour.to_array().into_iter().filter(|e| *e > 0.0).fold(1.0, f64::min) as f32,
+            unused0: 0.0,
+            unused1: 0.0,
         }
     }
 }

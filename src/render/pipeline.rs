@@ -8,6 +8,7 @@ use crate::gpu::shader::{Source, Variant};
 
 use super::film::Film;
 use super::params::TILE;
+use super::reuse::Kernels;
 
 /// Everything that pipelines of the renderer share.
 pub struct Layouts {
@@ -23,12 +24,12 @@ pub struct Layouts {
     resolve: wgpu::ComputePipeline,
 }
 
-fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
+pub(super) fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
     let visibility = ShaderStages::COMPUTE | ShaderStages::FRAGMENT;
     wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
 }
 
-fn writable(binding: u32) -> wgpu::BindGroupLayoutEntry {
+pub(super) fn writable(binding: u32) -> wgpu::BindGroupLayoutEntry {
     let ty = wgpu::BufferBindingType::Storage { read_only: false };
     wgpu::BindGroupLayoutEntry {
         binding,
@@ -38,11 +39,14 @@ fn writable(binding: u32) -> wgpu::BindGroupLayoutEntry {
     }
 }
 
-fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+pub(super) fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }
 
-fn texture(sample_type: wgpu::TextureSampleType, view_dimension: wgpu::TextureViewDimension) -> wgpu::BindingType {
+pub(super) fn texture(
+    sample_type: wgpu::TextureSampleType,
+    view_dimension: wgpu::TextureViewDimension,
+) -> wgpu::BindingType {
     wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false }
 }
 
@@ -63,6 +67,11 @@ impl Layouts {
                     entry(0, texture(wgpu::TextureSampleType::Float { filterable }, wgpu::TextureViewDimension::D3)),
                     entry(1, wgpu::BindingType::Sampler(sampler)),
                     entry(2, texture(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D3)),
+                    entry(
+                        3,
+                        texture(wgpu::TextureSampleType::Float { filterable: true }, wgpu::TextureViewDimension::D3),
+                    ),
+                    entry(4, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
                 ],
             )
         };
@@ -70,7 +79,7 @@ impl Layouts {
         let plain = Source { folder: source.folder.clone(), plants: Vec::new() };
         let plain_float = wgpu::TextureSampleType::Float { filterable: false };
         Ok(Layouts {
-            frame: layout("frame", &[entry(0, uniform), entry(1, uniform)]),
+            frame: layout("frame", &[entry(0, uniform), entry(1, uniform), entry(2, uniform)]),
             lights: layout(
                 "lights",
                 &[
@@ -106,9 +115,15 @@ impl Layouts {
         })
     }
 
-    /// Bind group 0.
-    pub fn frame_group(&self, gpu: &Gpu, params: &wgpu::Buffer, slice: &wgpu::Buffer) -> wgpu::BindGroup {
-        group(gpu, &self.frame, &[params, slice])
+    /// Bind group 0: uniforms of the picture, of the dispatch, and of the picture a frame before.
+    pub fn frame_group(
+        &self,
+        gpu: &Gpu,
+        params: &wgpu::Buffer,
+        slice: &wgpu::Buffer,
+        previous: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        group(gpu, &self.frame, &[params, slice, previous])
     }
 
     /// Bind group 3.
@@ -256,10 +271,12 @@ pub fn compute(
     }
 }
 
-/// A pipeline of the path tracer.
+/// The kernels that draw a scene.
 pub struct Pipeline {
-    /// The pipeline itself.
+    /// The path tracer.
     pub pipeline: wgpu::ComputePipeline,
+    /// The passes of resampling, where the variant asks for them.
+    pub reuse: Option<Kernels>,
 }
 
 impl Pipeline {
@@ -267,6 +284,8 @@ impl Pipeline {
     pub fn new(gpu: &Gpu, source: &Source, layouts: &Layouts, variant: &Variant, filterable: bool) -> Result<Pipeline> {
         let layout = layouts.tracer(gpu, filterable);
         let pipeline = compute(gpu, source, "integrate/path", "path_main", variant, Some(&layout))?;
-        Ok(Pipeline { pipeline })
+        let reuses = variant.constants.iter().any(|(name, value)| *name == "REUSE" && value == "true");
+        let reuse = reuses.then(|| Kernels::new(gpu, source, layouts, variant, filterable)).transpose()?;
+        Ok(Pipeline { pipeline, reuse })
     }
 }

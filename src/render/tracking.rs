@@ -76,11 +76,15 @@ pub fn needs_fixed_bounds(tracking: &Tracking) -> bool {
     tracking.transmittance == Transmittance::NextFlight
 }
 
+/// The file that fills slot `spectrum`.
+pub fn spectrum(scene: &Scene) -> &'static str {
+    let [r, g, b] = scene.medium.extinction.0;
+    if r == g && g == b { "spectrum/grey" } else { "spectrum/colour" }
+}
+
 /// Fills the slots of the estimators and of the spectrum; in an `analytic` medium, regular tracking is the closed form.
 pub fn variant(scene: &Scene, analytic: bool, variant: Variant) -> Variant {
     let tracking = &scene.tracking;
-    let [r, g, b] = scene.medium.extinction.0;
-    let spectrum = if r == g && g == b { "spectrum/grey" } else { "spectrum/colour" };
     let exact = |kind: FreeFlight| if analytic && kind == FreeFlight::Regular { FreeFlight::ClosedForm } else { kind };
     let flight = flight(exact(tracking.free_flight));
     let shadow = match tracking.transmittance {
@@ -89,7 +93,7 @@ pub fn variant(scene: &Scene, analytic: bool, variant: Variant) -> Variant {
     };
     let shadow = transmittance(shadow);
     variant
-        .slot("spectrum", spectrum)
+        .slot("spectrum", spectrum(scene))
         .slot("flight", flight.file)
         .slot("transmittance", shadow.file)
         .flag("FLIGHT_WALKS", flight.walks)

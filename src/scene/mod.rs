@@ -7,11 +7,13 @@
 use glam::DVec3;
 
 pub mod animation;
+mod restir;
 pub mod row;
 pub mod text;
 pub mod value;
 
 use animation::Track;
+pub use restir::{History, Restir};
 use row::{Effect, Layers, Row, Scale, Section, section};
 use value::{Auto, Bounds, Colour, FilePath, Limit, Matrix, Pair, Value, choice};
 
@@ -77,6 +79,7 @@ choice! {
     /// How the picture is made.
     Mode {
         Path = "path", "Path", "The unbiased path tracer; samples are independent.";
+        Restir = "restir", "Reuse", "Paths are resampled from frame to frame and from neighbours (ReSTIR); unbiased. Still pictures go on as in mode path.";
     }
 }
 
@@ -395,6 +398,8 @@ pub struct Scene {
     pub integrator: Integrator,
     /// Estimators and bounds.
     pub tracking: Tracking,
+    /// Resampling.
+    pub restir: Restir,
     /// Settings that change over frames.
     pub animation: Vec<Track>,
     /// How the picture is shown.
@@ -411,6 +416,7 @@ impl Default for Scene {
             film: Film::default(),
             integrator: Integrator::default(),
             tracking: Tracking::default(),
+            restir: Restir::default(),
             animation: Vec::new(),
             display: Display::default(),
         }
@@ -480,7 +486,7 @@ impl Tracking {
 }
 
 /// Names of the sections, in the order of the scene file; `lights` stands between `medium` and `camera`.
-pub const SECTIONS: [&str; 7] = ["volume", "medium", "camera", "film", "integrator", "tracking", "display"];
+pub const SECTIONS: [&str; 8] = ["volume", "medium", "camera", "film", "integrator", "tracking", "restir", "display"];
 
 impl Scene {
     /// A scene that names only a volume file.
@@ -497,6 +503,7 @@ impl Scene {
             "film" => &self.film,
             "integrator" => &self.integrator,
             "tracking" => &self.tracking,
+            "restir" => &self.restir,
             "display" => &self.display,
             _ => return None,
         })
@@ -511,6 +518,7 @@ impl Scene {
             "film" => &mut self.film,
             "integrator" => &mut self.integrator,
             "tracking" => &mut self.tracking,
+            "restir" => &mut self.restir,
             "display" => &mut self.display,
             _ => return None,
         })

@@ -36,6 +36,8 @@ pub enum Effect {
     LightData,
     /// Estimators, majorants, bounces, modes.
     Method,
+    /// How paths are resampled.
+    Reuse,
     /// The seed.
     Seed,
 }
@@ -55,6 +57,10 @@ pub struct Layers {
     pub accumulation: bool,
     /// The view of it.
     pub view: bool,
+    /// Light paths kept from earlier frames.
+    pub history: bool,
+    /// Those among them that hold an estimate of light scattered more than once.
+    pub suffixes: bool,
 }
 
 impl Layers {
@@ -67,13 +73,15 @@ impl Layers {
             pipelines: self.pipelines || other.pipelines,
             accumulation: self.accumulation || other.accumulation,
             view: self.view || other.view,
+            history: self.history || other.history,
+            suffixes: self.suffixes || other.suffixes,
         }
     }
 }
 
 impl Effect {
     /// All effects, for tests and tables.
-    pub const ALL: [Effect; 16] = [
+    pub const ALL: [Effect; 17] = [
         Effect::Display,
         Effect::None,
         Effect::Camera,
@@ -89,30 +97,30 @@ impl Effect {
         Effect::LightDirection,
         Effect::LightData,
         Effect::Method,
+        Effect::Reuse,
         Effect::Seed,
     ];
 
     /// The layers that a change invalidates.
     pub fn layers(self) -> Layers {
         let restart = Layers { accumulation: true, view: true, ..Layers::default() };
+        // Paths stay valid with the weights that they have; only estimates of light that depend on the change do not.
+        let edit = Layers { suffixes: true, ..restart };
+        let anew = Layers { history: true, ..edit };
         match self {
             Effect::None => Layers::default(),
             Effect::Display => Layers { view: true, ..Layers::default() },
-            Effect::Camera
-            | Effect::Film
-            | Effect::Placement
-            | Effect::Albedo
-            | Effect::Phase
-            | Effect::LightStrength
-            | Effect::LightDirection
-            | Effect::Seed => restart,
+            Effect::Camera | Effect::Film | Effect::Reuse => restart,
+            Effect::Albedo | Effect::Phase | Effect::LightStrength | Effect::LightDirection => edit,
+            Effect::Placement | Effect::Seed => anew,
             // Bounds are stored for the raw density and scaled at use; only the choice of levels follows the density,
             // in steps of two (`volume::majorant`).
-            Effect::Density => restart,
-            Effect::Spectrum | Effect::PhaseModel => Layers { pipelines: true, ..restart },
-            Effect::LightData => Layers { lights: true, pipelines: true, ..restart },
-            Effect::Method => Layers { majorants: true, pipelines: true, ..restart },
-            Effect::Volume => Layers { data: true, majorants: true, pipelines: true, ..restart },
+            Effect::Density => edit,
+            Effect::Spectrum => Layers { pipelines: true, ..edit },
+            Effect::PhaseModel => Layers { pipelines: true, ..anew },
+            Effect::LightData => Layers { lights: true, pipelines: true, ..anew },
+            Effect::Method => Layers { majorants: true, pipelines: true, ..anew },
+            Effect::Volume => Layers { data: true, majorants: true, pipelines: true, ..anew },
         }
     }
 

@@ -8,6 +8,7 @@ pub mod densify;
 pub mod grid;
 pub mod majorant;
 pub mod procedural;
+pub mod proxy;
 pub mod tree;
 
 /// A dense box of densities, ready for the renderer: sanitised, non-negative and finite.

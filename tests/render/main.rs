@@ -24,6 +24,7 @@ mod film;
 mod furnace;
 mod lights;
 mod media;
+mod reuse;
 mod slab;
 
 use support::statistics::{CHECKS, Check, all_hold, limit, normal, one_sees};

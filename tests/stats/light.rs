@@ -374,7 +374,7 @@ fn many_lights_share_the_samples() {
     all_hold(&mixed_checks(&a, &standard()));
     let plants = [
         ("        u -= params.environment_share;\n", ""),
-        ("                u -= lights[i].share;\n", ""),
+        ("                u -= lights[light_base + i].share;\n", ""),
         (
             "sample.value = light.value / (square * light.share);",
             "sample.value = light.value / (sample.distance * light.share);",

@@ -11,6 +11,7 @@ mod majorant;
 mod medium;
 mod phase;
 mod probe;
+mod reuse;
 mod rng;
 mod tone_map;
 mod tracking;

@@ -90,9 +90,9 @@ impl Probe {
             mapped_at_creation: false,
         });
         let groups = [
-            layouts.frame_group(gpu, &params, &slice),
+            layouts.frame_group(gpu, &params, &slice, &params),
             self.medium.bind_group(gpu, medium_layout),
-            self.lights.bind_group(gpu, &layouts.lights, &mut None),
+            self.lights.bind_group(gpu, &layouts.lights, &mut None, &[]),
             pipeline::group(gpu, &values_layout, &[&input, &output]),
         ];
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

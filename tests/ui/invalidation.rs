@@ -8,13 +8,26 @@ use nephele::scene::{
     Analytic, Environment, Filter, Light, MajorantKind, Overlay, Phase, Point, Precision, Scene, SkyLight, ToneMap,
 };
 
-const NOTHING: Layers =
-    Layers { data: false, majorants: false, lights: false, pipelines: false, accumulation: false, view: false };
+const NOTHING: Layers = Layers {
+    data: false,
+    majorants: false,
+    lights: false,
+    pipelines: false,
+    accumulation: false,
+    view: false,
+    history: false,
+    suffixes: false,
+};
 const VIEW: Layers = Layers { view: true, ..NOTHING };
-/// The picture begins anew; everything that it is made from is kept.
+/// The picture begins anew; everything that it is made from is kept, light paths of earlier frames too.
 const RESTART: Layers = Layers { accumulation: true, ..VIEW };
-/// As `RESTART`, and the shader's variant may be another: pipelines are looked up, and built where they are new.
-const VARIANT: Layers = Layers { pipelines: true, ..RESTART };
+/// As `RESTART`; estimates of light that was scattered more than once are of a medium or lights that are no more.
+const EDIT: Layers = Layers { suffixes: true, ..RESTART };
+/// As `EDIT`, and no path of earlier frames can be used.
+const ANEW: Layers = Layers { history: true, ..EDIT };
+/// As `ANEW`, and the shader's variant may be another: pipelines are looked up, and built where they are new.
+const VARIANT: Layers = Layers { pipelines: true, ..ANEW };
+const NEW_COLOUR: Layers = Layers { pipelines: true, ..EDIT };
 const NEW_LIGHTS: Layers = Layers { lights: true, ..VARIANT };
 const NEW_BOUNDS: Layers = Layers { majorants: true, ..VARIANT };
 const NEW_DATA: Layers = Layers { data: true, ..NEW_BOUNDS };
@@ -47,16 +60,12 @@ const ROWS: &[(&str, &[Change], Layers)] = &[
         RESTART,
     ),
     ("window resize", &[|s| s.film.width = 640, |s| s.film.height = 641], RESTART),
-    ("density scale", &[|s| s.medium.density_scale = Auto::Is(80.0)], RESTART),
-    ("albedo", &[|s| s.medium.albedo = Colour([0.9, 0.99, 0.99])], RESTART),
-    (
-        "g, phase model parameters",
-        &[|s| s.medium.g = 0.5, |s| s.medium.g2 = 0.1, |s| s.medium.lobe_weight = 0.9],
-        RESTART,
-    ),
+    ("density scale", &[|s| s.medium.density_scale = Auto::Is(80.0)], EDIT),
+    ("albedo", &[|s| s.medium.albedo = Colour([0.9, 0.99, 0.99])], EDIT),
+    ("g, phase model parameters", &[|s| s.medium.g = 0.5, |s| s.medium.g2 = 0.1, |s| s.medium.lobe_weight = 0.9], EDIT),
     ("phase model", &[|s| s.medium.phase = Phase::Rayleigh, |s| s.medium.phase = Phase::TwoLobeHg], VARIANT),
-    ("colour of the extinction", &[|s| s.medium.extinction = Colour([1.0, 0.9, 0.8])], VARIANT),
-    ("volume transform", &[|s| s.volume.to_world.0[3] = 2.0], RESTART),
+    ("colour of the extinction", &[|s| s.medium.extinction = Colour([1.0, 0.9, 0.8])], NEW_COLOUR),
+    ("volume transform", &[|s| s.volume.to_world.0[3] = 2.0], ANEW),
     (
         "strength of a light",
         &[
@@ -96,7 +105,7 @@ const ROWS: &[(&str, &[Change], Layers)] = &[
                 })
             },
         ],
-        RESTART,
+        EDIT,
     ),
     (
         "rotation of a map, direction of a sun, place of a lamp",
@@ -123,7 +132,7 @@ const ROWS: &[(&str, &[Change], Layers)] = &[
                 })
             },
         ],
-        RESTART,
+        EDIT,
     ),
     (
         "new map, sky, kind or number of lights",
@@ -166,7 +175,8 @@ const ROWS: &[(&str, &[Change], Layers)] = &[
         ],
         NEW_BOUNDS,
     ),
-    ("seed", &[|s| s.integrator.seed = 7], RESTART),
+    ("resampling", &[|s| s.restir.candidates = 8, |s| s.restir.cap = 20, |s| s.restir.spatial = false], RESTART),
+    ("seed", &[|s| s.integrator.seed = 7], ANEW),
     (
         "new file, other grid, other storage",
         &[

@@ -89,9 +89,9 @@ impl Bare {
         let params_buffer = uniform(bytemuck::bytes_of(&params));
         let slice_buffer = uniform(bytemuck::bytes_of(&Slice::default()));
         let groups = [
-            layouts.frame_group(gpu, &params_buffer, &slice_buffer),
+            layouts.frame_group(gpu, &params_buffer, &slice_buffer, &params_buffer),
             medium.bind_group(gpu, layouts.medium(filterable)),
-            lights.bind_group(gpu, &layouts.lights, &mut None),
+            lights.bind_group(gpu, &layouts.lights, &mut None, &[]),
             layouts.film_group(gpu, &film),
         ];
         Ok(Bare { gpu: gpu.clone(), pipeline, groups, film, params, params_buffer, slice_buffer })

@@ -15,6 +15,7 @@ mod chart;
 mod clock;
 mod kernel;
 mod report;
+mod reuse;
 mod trace;
 mod tracking;
 mod twin;
@@ -26,6 +27,8 @@ pub enum Name {
     Kernel,
     /// Every free flight, transmittance and bound: work, noise and efficiency
     Tracking,
+    /// Reuse of paths against the path tracer at equal time: error, correlation, cost
+    Reuse,
 }
 
 /// Flags of `bench`.
@@ -40,13 +43,13 @@ pub struct BenchArgs {
     /// Write the figures as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Fewer volumes and rounds: a minute
+    /// Fewer volumes and rounds: a minute or two
     #[arg(long)]
     pub quick: bool,
-    /// `tracking`: measure on this volume, a name or a file, in place of the usual ones; may be given again
+    /// `tracking`, `reuse`: measure on this volume, a name or a file, in place of the usual ones; may be given again
     #[arg(long, value_name = "VOLUME")]
     pub volume: Vec<String>,
-    /// `tracking`: pixels along a side of the picture
+    /// `tracking`: pixels along a side of the picture; `reuse`: along its width
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=1024))]
     pub size: Option<u32>,
 }
@@ -61,7 +64,7 @@ pub fn run(args: &BenchArgs, out: &mut dyn Write) -> Result<()> {
             if !args.volume.is_empty() || args.size.is_some() {
                 return Err(Error::new(Code::BadKey, "`bench kernel` takes no --volume and no --size.")
                     .why("Its aims hold for the cumulus in a picture of 256 × 256 pixels.")
-                    .hint("Leave them out, or run `nephele bench tracking`."));
+                    .hint("Leave them out, or run `nephele bench tracking` or `nephele bench reuse`."));
             }
             let report = kernel::measure(args.quick)?;
             let files = vec![("kernel.csv".into(), report.to_csv()), ("kernel.svg".into(), chart::svg(&report))];
@@ -71,6 +74,12 @@ pub fn run(args: &BenchArgs, out: &mut dyn Write) -> Result<()> {
             let report = tracking::measure(args.quick, &args.volume, args.size)?;
             let mut files = vec![("tracking.csv".into(), report.to_csv())];
             files.extend(tracking::chart::all(&report));
+            (report.table(), report.to_json(), files)
+        }
+        Name::Reuse => {
+            let report = reuse::measure(args.quick, &args.volume, args.size)?;
+            let mut files = vec![("reuse.csv".into(), report.to_csv())];
+            files.extend(reuse::chart::all(&report));
             (report.table(), report.to_json(), files)
         }
     };
@@ -97,6 +106,25 @@ fn progress(text: &str) {
     }
 }
 
+/// A bar of the share that is done, and what is done now.
+fn bar(share: f64, what: &str) -> String {
+    const BAR: usize = 24;
+    let full = (share.clamp(0.0, 1.0) * BAR as f64) as usize;
+    format!("[{}{}] {:3.0} % {what}", "█".repeat(full), "·".repeat(BAR - full), 100.0 * share)
+}
+
 fn write(path: &Path, text: &str) -> Result<()> {
     write_whole(path, |f| f.write_all(text.as_bytes()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bar_fills() {
+        assert_eq!(bar(0.0, "a"), format!("[{}]   0 % a", "·".repeat(24)));
+        assert_eq!(bar(0.5, "b"), format!("[{}{}]  50 % b", "█".repeat(12), "·".repeat(12)));
+        assert_eq!(bar(1.0, "c"), format!("[{}] 100 % c", "█".repeat(24)));
+    }
 }

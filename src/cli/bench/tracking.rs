@@ -20,9 +20,9 @@ mod figures;
 mod plan;
 mod report;
 
-use super::progress;
 use super::trace::trace;
 use super::twin;
+use super::{bar, progress};
 use figures::{Case, March, Measured, Round, Saving};
 use plan::Row;
 use report::Report;
@@ -121,12 +121,9 @@ pub fn measure(quick: bool, volumes: &[String], size: Option<u32>) -> Result<Rep
 }
 
 impl Session {
-    /// A bar of the share that is done, the part under way counting by its own share, and what is done now.
+    /// The share that is done, the part under way counting by its own share, and what is done now.
     fn show(&self, share: f64, what: &str) {
-        const BAR: usize = 24;
-        let share = (self.done as f64 + share) / self.all as f64;
-        let full = (share * BAR as f64) as usize;
-        progress(&format!("[{}{}] {:3.0} % {what}", "█".repeat(full), "·".repeat(BAR - full), 100.0 * share));
+        progress(&bar((self.done as f64 + share) / self.all as f64, what));
     }
 
     /// Makes `field` the medium.

@@ -1,0 +1,50 @@
+// Neighbours meet in pairs: the partner's partner is the pixel itself, so that each evaluates its own path at the other's
+// place and both are served.
+//!use core/params
+//!use core/rng
+//!use core/math
+//!use reuse/target
+//!use reuse/frame
+//!use reuse/shift
+
+@group(3) @binding(12) var<storage, read_write> pair_aims: array<f32>;
+@group(3) @binding(13) var pair_table: texture_2d_array<u32>;
+
+// The partner in a round: ((p + origin) xor mask) − origin, with origin and mask those of frame and round; negative outside.
+fn pair_partner(position: vec2u, round: u32, frame: Frame) -> vec2i {
+    let side = 1u << frame.reach;
+    let bits = rng_mix(rng_mix(frame.frame * 747796405u + 2891336453u) ^ (round * 277803737u + params.seed));
+    let origin = vec2u(bits & 255u, (bits >> 8u) & 255u);
+    // Any offset but none.
+    let place = 1u + (bits >> 16u) % (side * side - 1u);
+    let mask = vec2u(place % side, place / side);
+    let partner = vec2i((position + origin) ^ mask) - vec2i(origin);
+    let inside = all(partner >= vec2i(0)) && all(partner < vec2i(vec2u(params.width, params.height)));
+    return select(vec2i(-1), partner, inside);
+}
+
+// The first pass: the aim of a pixel's path at its partners, a number a round. The distance stays, so the Jacobian is 1.
+@compute @workgroup_size(8, 8)
+fn pair_main(@builtin(global_invocation_id) id: vec3u) {
+    params = params_uniform;
+    light_begin(0u);
+    let position = id.xy;
+    if (position.x >= params.width || position.y >= params.height) {
+        return;
+    }
+    let pixel = position.y * params.width + position.x;
+    let frame = frame_uniform;
+    let own = reservoir_load(pixel);
+    let here = view_ray(position, own.path.film);
+    let vertex = here.origin + ray_local(here.world) * own.path.t;
+    for (var round = 0u; round < frame.neighbours; round++) {
+        let partner = pair_partner(position, round, frame);
+        let q = vec2u(max(partner, vec2i(0)));
+        let there = view_ray(q, own.path.film);
+        let moved = there.origin + ray_local(there.world) * own.path.t;
+        let valid = partner.x >= 0 && own.aim > 0.0 && shift_keeps(own.path, vertex, moved, frame.reconnect);
+        var path = own.path;
+        path.t = select(-1.0, path.t, valid);
+        pair_aims[round * params.width * params.height + pixel] = target_value(q, frame_read(pair_table, q), path);
+    }
+}

@@ -1,0 +1,28 @@
+// Shift maps: a path of one pixel, or of the frame before, as a path of another. Each has an exact inverse.
+//!use core/params
+//!use core/math
+//!use reuse/view
+//!use reuse/reservoir
+
+// Whether a second vertex may stay while the first moves from `before` to `after` (local space): the leg between them is long
+// against the way, before and after. That is the same question from either side, so the inverse is defined where the map is.
+fn shift_keeps(path: Path, before: vec3f, after: vec3f, least: f32) -> bool {
+    if (!REUSE_SECOND || !reservoir_has_second(path.kind)) {
+        return true;
+    }
+    let moved = view_world(after - before);
+    let a = view_world(path.second - before);
+    let b = view_world(path.second - after);
+    return min(dot(a, a), dot(b, b)) >= least * least * dot(moved, moved);
+}
+
+// The distance along ray `b` of the point nearest to that at distance t along ray `a`, by an affine map: t' = d'·(o − o') + κt
+// with κ = d·d' = dt'/dt. Both in the local space of one frame.
+struct ShiftAffine {
+    kappa: f32,
+    offset: f32,
+}
+
+fn shift_affine(a: View, b: View) -> ShiftAffine {
+    return ShiftAffine(dot(a.world, b.world), dot(b.world, view_world(a.origin - b.origin)));
+}

@@ -1,0 +1,223 @@
+//! Errors planted in the passes, each of which histories must see. Those that they cannot see are the identity tests' of
+//! tests/stats/reuse.rs.
+
+use super::*;
+
+/// Histories of each look at an error.
+const HISTORIES: u32 = 150;
+
+/// A planted error: its name, its file, what stands there and what is there instead.
+type Plant = (&'static str, &'static str, &'static str, &'static str);
+
+/// Fails unless histories see each of `plants` and hold without any.
+fn all_are_seen(a: &Adapter, stage: &mut Stage, course: &Course, plants: &[Plant]) {
+    stage.holds(course);
+    for (name, file, from, to) in plants {
+        let planted = support::plant(file, from, to);
+        let mut other = renderer(a, &planted.source, &(course.at)(0), Some(cloud_field()), false);
+        assert!(stage.with(&mut other).sees(&Course { name, ..*course }), "{name} is not seen");
+    }
+}
+
+#[test]
+fn errors_of_merging_are_seen() {
+    let Some(a) = adapter() else { return };
+    let mut scene = sunny(1);
+    // One neighbour's confidence is that of all of them.
+    scene.restir.neighbours = 4;
+    let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
+    let mut stage = Stage::new("merging", &mut r, &scene, 16384);
+    let still = |_| scene.clone();
+    let course = Course { name: "nothing planted", last: 0, histories: 2 * HISTORIES, at: &still };
+    let plants = [
+        (
+            "neighbours without MIS weights",
+            "reuse/merge",
+            "        let m = share * part / max(part + own.confidence * here, 1e-37);\n",
+            "        let m = share;\n        own_m = own.confidence / total;\n",
+        ),
+        (
+            "neighbours by their own confidence",
+            "reuse/merge",
+            "let part = others * other.aim;",
+            "let part = other.confidence * other.aim;",
+        ),
+        (
+            "the own path by a neighbour's confidence",
+            "reuse/merge",
+            "own_part / max(others * there + own_part, 1e-37)",
+            "own_part / max(other.confidence * there + own_part, 1e-37)",
+        ),
+        (
+            "the partner's aim of its own path",
+            "reuse/merge",
+            "let here = pair_aims[round * pixels + other_pixel];",
+            "let here = other.aim;",
+        ),
+    ];
+    all_are_seen(&a, &mut stage, &course, &plants);
+}
+
+#[test]
+fn errors_of_histories_are_seen() {
+    let Some(a) = adapter() else { return };
+    let scene = sunny(1);
+    let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
+    let mut stage = Stage::new("histories", &mut r, &scene, 16384);
+    let moving = |left| orbit(&scene, left);
+    let course = Course { name: "nothing planted", last: 4, histories: HISTORIES, at: &moving };
+    let plants = [
+        (
+            "shading with the proxy",
+            "reuse/shade",
+            "parts.value * kept.weight * arrived * reached",
+            "parts.value * kept.weight * table_transmittance(table, kept.path.t) * table_mean(leg.depth)",
+        ),
+        (
+            "temporal without MIS weights",
+            "reuse/temporal",
+            "    let own_m = own_a / max(own_a + c_old * own_aim_there, 1e-37);\n",
+            "    let own_m = own.confidence / (own.confidence + c_old);\n",
+        ),
+        (
+            "histories by this frame's target",
+            "reuse/temporal",
+            "    let old_b = c_old * old.aim;\n",
+            "    let old_b = c_old * old_aim_here;\n",
+        ),
+        (
+            "the table's density",
+            "reuse/candidates",
+            "    var density = table_density(table, t);\n",
+            "    var density = 0.9 * table_density(table, t);\n",
+        ),
+    ];
+    all_are_seen(&a, &mut stage, &course, &plants);
+}
+
+#[test]
+fn errors_of_fast_motion_are_seen() {
+    let Some(a) = adapter() else { return };
+    let scene = sunny(1);
+    let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
+    let mut stage = Stage::new("25° a frame", &mut r, &scene, 16384);
+    let fast = |left| {
+        let mut scene = scene.clone();
+        let turn = glam::DMat3::from_rotation_y(25f64.to_radians() * f64::from(left));
+        look(&mut scene, turn * EYE, DVec3::ZERO, 36.0);
+        scene
+    };
+    let course = Course { name: "nothing planted", last: 4, histories: 4 * HISTORIES, at: &fast };
+    let plants = [(
+        "the Jacobian dropped",
+        "reuse/temporal",
+        "let kappa = select(forth.kappa, 1.0, known);",
+        "let kappa = 1.0;",
+    )];
+    all_are_seen(&a, &mut stage, &course, &plants);
+}
+
+#[test]
+fn errors_of_second_vertices_are_seen() {
+    let Some(a) = adapter() else { return };
+    let scene = sunny(3);
+    let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
+    let mut stage = Stage::new("second vertices", &mut r, &scene, 16384);
+    let still = |_| scene.clone();
+    let course = Course { name: "nothing planted", last: 0, histories: 2 * HISTORIES, at: &still };
+    let plants = [
+        (
+            "no square of the distance",
+            "reuse/candidates",
+            "onset.z / onset.y * leg.t * leg.t / (",
+            "onset.z / onset.y * leg.t / (",
+        ),
+        (
+            "no phase function in the density",
+            "reuse/candidates",
+            "(phase_value(dot(view.world, onward)) * flight)",
+            "(0.5 * flight)",
+        ),
+        (
+            "no density of the first distance",
+            "reuse/candidates",
+            "let inverse = onset.z / onset.y",
+            "let inverse = onset.z",
+        ),
+        ("no density of the last direction", "reuse/suffix", "inverse / max(around, 1e-30)", "inverse"),
+        (
+            "albedo of the second vertex",
+            "reuse/target",
+            "        value *= colour * arriving",
+            "        value *= arriving",
+        ),
+    ];
+    all_are_seen(&a, &mut stage, &course, &plants);
+}
+
+#[test]
+fn errors_of_what_is_behind_are_seen() {
+    let Some(a) = adapter() else { return };
+    let mut scene = sunny(1);
+    scene.lights.push(constant(1.0));
+    let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
+    let mut stage = Stage::new("behind", &mut r, &scene, 16384);
+    let still = |_| scene.clone();
+    let course = Course { name: "nothing planted", last: 1, histories: 2 * HISTORIES, at: &still };
+    let plants = [(
+        "the background along the path's camera ray",
+        "reuse/shade",
+        "let view = view_ray(position, rng_bits(&rng));",
+        "let view = view_ray(position, kept.path.film);",
+    )];
+    all_are_seen(&a, &mut stage, &course, &plants);
+}
+
+/// The frame after an edit, of histories that count whole.
+fn edited(scene: &Scene, before: impl Fn(&mut Scene)) -> impl Fn(u32) -> Scene {
+    move |left| {
+        let mut scene = scene.clone();
+        scene.restir.edit_confidence = 8.0;
+        if left >= 1 {
+            before(&mut scene);
+        }
+        scene
+    }
+}
+
+#[test]
+fn errors_after_edits_are_seen() {
+    let Some(a) = adapter() else { return };
+    let scene = sunny(1);
+    let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
+    let mut stage = Stage::new("after an edit", &mut r, &scene, 16384);
+    let turned = edited(&scene, |s| s.lights = vec![sun(DVec3::new(0.7, -0.3, 0.6), 3.0)]);
+    let course = Course { name: "nothing planted", last: 5, histories: HISTORIES, at: &turned };
+    let plants = [
+        (
+            "this frame's medium and lights for the frame before",
+            "reuse/temporal",
+            "    params = frame_previous;\n    light_begin(frame.old_lights);\n",
+            "",
+        ),
+        (
+            "this frame's lights for the frame before",
+            "reuse/temporal",
+            "light_begin(frame.old_lights);",
+            "light_begin(0u);",
+        ),
+    ];
+    all_are_seen(&a, &mut stage, &course, &plants);
+    let scene = sunny(3);
+    let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
+    let mut stage = Stage::new("after an edit of the density", &mut r, &scene, 16384);
+    let thicker = edited(&scene, |s| s.medium.density_scale = nephele::scene::value::Auto::Is(1.0));
+    let course = Course { name: "nothing planted", last: 5, histories: HISTORIES, at: &thicker };
+    let plants = [(
+        "estimates of before the edit kept",
+        "reuse/temporal",
+        "return (frame.history & bit) != 0u;",
+        "return (frame.history | bit) != 0u;",
+    )];
+    all_are_seen(&a, &mut stage, &course, &plants);
+}

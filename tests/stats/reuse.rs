@@ -1,0 +1,278 @@
+//! Identities of reuse that no picture shows: shift maps and their inverses, pairs, reservoirs in memory, tables, targets.
+
+use glam::{DMat3, DMat4, DVec3};
+use nephele::render::params::Slice;
+use nephele::scene::value::Auto;
+use nephele::scene::{Constant, Light, Mode, Scene, Sun};
+
+use super::probe::Probe;
+use super::support::{Adapter, Dice, adapter, field_of, plant, random_dense};
+use super::*;
+
+/// Pixels of a probe's picture.
+const PIXELS: usize = 64 * 64;
+
+/// Functions of the kernel.
+const SHIFT: u32 = 0;
+const PAIR: u32 = 1;
+const PACK: u32 = 2;
+const TABLE: u32 = 3;
+const LEG: u32 = 4;
+const TARGET: u32 = 5;
+
+/// Blocks of voxels from a corner, in a sun and a sky; pixels are smaller than voxels.
+fn probe(a: &Adapter, distance: f64) -> Probe {
+    probe_of(a, distance, random_dense([12, 11, 13], 4))
+}
+
+fn probe_of(a: &Adapter, distance: f64, dense: nephele::volume::Dense) -> Probe {
+    let mut scene = Scene::default();
+    scene.integrator.mode = Mode::Restir;
+    scene.medium.density_scale = Auto::Is(2.0);
+    scene.camera.position = Auto::Is(DVec3::new(0.5, 0.3, 1.0).normalize() * distance);
+    scene.camera.target = Auto::Is(DVec3::splat(1.5));
+    scene.lights = vec![Light::Sun(Sun::default()), Light::Constant(Constant::default())];
+    let field = field_of(dense, DMat4::IDENTITY, false);
+    let mut probe = Probe::with_field(&a.gpu, &scene, field);
+    probe.variant = probe.variant.clone().flag("REUSE_SECOND", true).flag("CAMERA_LENS", false);
+    probe
+}
+
+fn run(probe: &Probe, source: &Source, what: u32, number: u32, inputs: &[[f32; 4]], outputs: usize) -> Vec<[f32; 4]> {
+    let slice = Slice { first_group: what, first_sample: number, ..Slice::default() };
+    probe.run(source, "reuse", inputs, 2 * outputs, 2, slice)
+}
+
+/// Two cameras at most 40° apart, one up to twice as far away, that look at points near the middle; a distance of each.
+fn views() -> Vec<[f32; 4]> {
+    let mut dice = Dice::new(12);
+    let mut all = Vec::new();
+    for _ in 0..10_000 {
+        let place = dice.direction() * dice.between(3.0, 6.0);
+        let turn = DMat3::from_axis_angle(dice.direction(), dice.between(-40.0, 40.0f64).to_radians());
+        let other = turn * place * dice.between(0.5, 2.0);
+        let aim = |dice: &mut Dice| dice.direction() * dice.between(0.0, 0.5);
+        let directions = [aim(&mut dice) - place, aim(&mut dice) - other];
+        let point = |p: DVec3, w: f64| [p.x as f32, p.y as f32, p.z as f32, w as f32];
+        let t = place.length() * dice.between(0.3, 1.5);
+        all.extend([point(place, t), point(directions[0], 0.0), point(other, 0.0), point(directions[1], 0.0)]);
+    }
+    all
+}
+
+/// What is wrong with shifts: there and back, the Jacobian against differences in 64 bits, and the foot of the
+/// perpendicular.
+fn shift_errors(a: &Adapter, source: &Source) -> [f64; 3] {
+    let inputs = views();
+    let probe = probe(a, 6.0);
+    // Points are given in local space.
+    let local = DMat3::from_cols_array_2d(&[
+        probe.params.local_from_world_x.map(f64::from),
+        probe.params.local_from_world_y.map(f64::from),
+        probe.params.local_from_world_z.map(f64::from),
+    ]);
+    let mut given = inputs.clone();
+    for values in given.chunks_mut(2) {
+        let p = local * DVec3::new(values[0][0].into(), values[0][1].into(), values[0][2].into());
+        values[0] = [p.x as f32, p.y as f32, p.z as f32, values[0][3]];
+    }
+    let outputs = run(&probe, source, SHIFT, 0, &given, given.len() / 4);
+    let mut worst = [0.0f64; 3];
+    for (given, out) in inputs.chunks(4).zip(outputs.chunks(2)) {
+        let vector = |v: [f32; 4]| DVec3::new(v[0].into(), v[1].into(), v[2].into());
+        let (o, d) = (vector(given[0]), vector(given[1]).normalize());
+        let (p, e) = (vector(given[2]), vector(given[3]).normalize());
+        let t = f64::from(given[0][3]);
+        let foot = |t: f64| (o + d * t - p).dot(e);
+        let difference = (foot(t + 1e-3) - foot(t - 1e-3)) / 2e-3;
+        let [there, back, kappa, inverse] = out[0].map(f64::from);
+        worst[0] = worst[0].max((back - t).abs() / t / (1.0 / kappa.abs()).max(1.0));
+        worst[1] = worst[1].max((kappa - difference).abs()).max((kappa - inverse).abs());
+        worst[2] = worst[2].max((there - foot(t)).abs() / t);
+    }
+    worst
+}
+
+#[test]
+fn shifts_go_there_and_back() {
+    let Some(a) = adapter() else { return };
+    let errors = shift_errors(&a, &standard());
+    assert!(errors.iter().all(|e| *e < 1e-5), "{errors:?}");
+    let plants = [
+        ("the Jacobian dropped", "dot(a.world, b.world), dot", "1.0, dot"),
+        (
+            "the offset along the other ray",
+            "dot(b.world, view_world(a.origin - b.origin))",
+            "dot(a.world, view_world(a.origin - b.origin))",
+        ),
+    ];
+    for (what, from, to) in plants {
+        let errors = shift_errors(&a, &plant("reuse/shift", from, to).source);
+        assert!(errors.iter().any(|e| *e > 1e-2), "{what}: {errors:?}");
+    }
+}
+
+/// Whether pairs of many frames are pairs; and how often each offset of the smallest reach came.
+fn pairs(a: &Adapter, source: &Source) -> (bool, Vec<f64>) {
+    let probe = probe(a, 6.0);
+    let mut counts = vec![0.0; 9];
+    let mut fine = true;
+    for frame in 0..60 {
+        let outputs = run(&probe, source, PAIR, frame, &[], PIXELS);
+        let mut inside = 0;
+        for out in outputs.chunks(2) {
+            let ([x, y, back_x, back_y], [px, py, side, _]) = (out[0], out[1]);
+            if x < 0.0 {
+                continue;
+            }
+            inside += 1;
+            fine &= (back_x, back_y) == (px, py) && (x, y) != (px, py) && (x - px).abs().max((y - py).abs()) < side;
+            if side == 2.0 {
+                counts[((x - px) + 1.0 + 3.0 * (y - py + 1.0)) as usize] += 1.0 / PIXELS as f64;
+            }
+        }
+        // Few pixels have none: those near the edges.
+        fine &= inside > PIXELS / 4;
+    }
+    (fine, counts)
+}
+
+#[test]
+fn partners_are_one_anothers() {
+    let Some(a) = adapter() else { return };
+    let (fine, counts) = pairs(&a, &standard());
+    assert!(fine);
+    // A dozen frames of the smallest reach, where offsets are along either axis or both.
+    assert_eq!(counts[4], 0.0, "an offset of none");
+    let sides = counts[1] + counts[3] + counts[5] + counts[7];
+    let corners = counts[0] + counts[2] + counts[6] + counts[8];
+    assert!(sides > 1.0 && corners > 1.0 && sides + corners > 11.0, "{counts:?}");
+    let planted = plant(
+        "reuse/pair",
+        "let mask = vec2u(place % side, place / side);",
+        "let mask = vec2u(place % side, (place + position.x) % side);",
+    );
+    assert!(!pairs(&a, &planted.source).0);
+    let planted = plant(
+        "reuse/pair",
+        "let place = 1u + (bits >> 16u) % (side * side - 1u);",
+        "let place = (bits >> 16u) % (side * side);",
+    );
+    assert!(!pairs(&a, &planted.source).0);
+}
+
+#[test]
+fn reservoirs_are_what_was_stored() {
+    let Some(a) = adapter() else { return };
+    let probe = probe(&a, 6.0);
+    let fine = |source: &Source| {
+        let outputs = run(&probe, source, PACK, 1, &[], 50_000);
+        outputs.chunks(2).all(|o| o[0][0] == 0.0 && o[0][1] < 1e-6 && o[0][2] < 1e-6 && o[1][0] < 1e-6)
+    };
+    assert!(fine(&standard()));
+    let plants = [
+        ("(b.z >> 4u) & 15u, age", "(b.z >> 4u) & 1u, age"),
+        ("b.z >> 16u,\n", "b.z >> 16u & 255u,\n"),
+        ("(min(r.age, 255u) << 8u)", "(r.age << 8u)"),
+        ("let z = 1.0 - abs(p.x) - abs(p.y);", "let z = abs(1.0 - abs(p.x) - abs(p.y));"),
+    ];
+    for (from, to) in plants {
+        assert!(!fine(&plant("reuse/reservoir", from, to).source), "{to}");
+    }
+}
+
+/// Of all pixels' tables: the greatest error of the integral of the density and of the numbers that draw distances, and the
+/// share of the medium that distances do not reach.
+fn table_errors(a: &Adapter, source: &Source, distance: f64) -> [f64; 3] {
+    let probe = probe(a, distance);
+    let mut worst = [0.0f64; 2];
+    let (mut met, mut missed) = (0.0, 0.0);
+    for number in 0..2 {
+        for out in run(&probe, source, TABLE, number, &[], PIXELS).chunks(2) {
+            let [sum, difference, any, _] = out[0].map(f64::from);
+            if any > 0.0 {
+                worst[0] = worst[0].max((sum - 1.0).abs());
+                worst[1] = worst[1].max(difference.abs());
+            }
+            met += f64::from(out[1][0]);
+            missed += f64::from(out[1][1]);
+        }
+    }
+    [worst[0], worst[1], missed / met]
+}
+
+#[test]
+fn tables_draw_distances_by_the_density_that_they_tell() {
+    let Some(a) = adapter() else { return };
+    let errors = table_errors(&a, &standard(), 6.0);
+    assert!(errors[0] < 0.02 && errors[1] < 1e-3, "{errors:?}");
+    let plants = [
+        (
+            "let density = span.mass / ((span.high - span.low) * (table.far - table.near));",
+            "let density = span.mass / (table.far - table.near);",
+        ),
+        ("mix(knots[k], knots[k + 1u], share)", "mix(knots[k], knots[k + 1u], share * share)"),
+    ];
+    for (from, to) in plants {
+        let errors = table_errors(&a, &plant("reuse/table", from, to).source, 6.0);
+        assert!(errors[0] > 0.1 || errors[1] > 0.01, "{to}: {errors:?}");
+    }
+}
+
+/// Distances reach all that a pixel's rays meet: where they do not, light is lost.
+#[test]
+fn tables_reach_all_that_the_pixel_sees() {
+    let Some(a) = adapter() else { return };
+    // Pixels from a fifth of a voxel to three wide.
+    for distance in [6.0, 12.0, 24.0, 60.0] {
+        let missed = table_errors(&a, &standard(), distance)[2];
+        assert_eq!(missed, 0.0, "from {distance}");
+    }
+    let centre = plant(
+        "reuse/table",
+        "let begin = ends.x;\n    let end = max(ends.y, begin);",
+        "let begin = ray.t;\n    let end = max(ray.exit, begin);",
+    );
+    assert!(table_errors(&a, &centre.source, 12.0)[2] > 1e-3);
+}
+
+/// The share of the medium that lies beyond what legs say is the end of it, in slices of a volume of `size` voxels.
+fn beyond_legs(a: &Adapter, source: &Source, size: [u32; 3]) -> f64 {
+    const EVERY: u32 = 190;
+    let mut dense = random_dense(size, 4);
+    for (i, value) in (0..).zip(&mut dense.data) {
+        if i % size[0] % EVERY > 5 {
+            *value = 0.0;
+        }
+    }
+    let probe = probe_of(a, 6.0, dense);
+    let outputs = run(&probe, source, LEG, 5, &[], 100_000);
+    let sum = |i: usize| outputs.chunks(2).map(|o| f64::from(o[0][i])).sum::<f64>();
+    sum(1) / sum(0)
+}
+
+#[test]
+fn legs_end_where_the_medium_ends() {
+    let Some(a) = adapter() else { return };
+    for size in [[13, 12, 11], [70, 60, 50], [1100, 9, 8]] {
+        assert_eq!(beyond_legs(&a, &standard(), size), 0.0, "{size:?}");
+    }
+    let planted = plant("proxy/dense", "min(t + first * exp2(level), far)", "min(t + first * exp2(f32(i / 2u)), far)");
+    assert!(beyond_legs(&a, &planted.source, [1100, 9, 8]) > 0.01);
+}
+
+#[test]
+fn targets_are_not_random_and_nowhere_zero() {
+    let Some(a) = adapter() else { return };
+    let probe = probe(&a, 6.0);
+    let draw = || run(&probe, &standard(), TARGET, 3, &[], PIXELS);
+    let (first, second) = (draw(), draw());
+    let bits = |all: &[[f32; 4]]| all.iter().flat_map(|v| v.map(f32::to_bits)).collect::<Vec<_>>();
+    assert!(bits(&first) == bits(&second));
+    let (mut carrying, mut lost) = (0, 0);
+    for out in first.chunks(2) {
+        carrying += i32::from(out[0][1] > 0.0);
+        lost += i32::from(out[0][1] > 0.0 && out[0][0] <= 0.0);
+    }
+    assert!(carrying > 500 && lost == 0, "{lost} of {carrying}");
+}
