@@ -69,7 +69,7 @@ fn probe_reuse_pack(rng: ptr<function, Rng>) -> array<vec4f, 2> {
 fn probe_reuse_table(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let position = vec2u(i % params.width, i / params.width);
     let centre = view_ray(position, VIEW_CENTRE);
-    let table = table_unpack(table_build(ray_new(centre.origin, centre.world)));
+    let table = table_unpack(table_build(ray_new(centre.origin, centre.world), 1.0));
     let step = (table.far - table.near) / f32(PROBE_REUSE_STEPS);
     var sum = 0.0;
     for (var k = 0u; k < PROBE_REUSE_STEPS; k++) {
@@ -104,7 +104,7 @@ fn probe_reuse_leg(rng: ptr<function, Rng>) -> array<vec4f, 2> {
 fn probe_reuse_target(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let position = vec2u(i % params.width, i / params.width);
     let centre = view_ray(position, VIEW_CENTRE);
-    let table = table_unpack(table_build(ray_new(centre.origin, centre.world)));
+    let table = table_unpack(table_build(ray_new(centre.origin, centre.world), 1.0));
     var path = probe_reuse_path(rng);
     let view = view_ray(position, path.film);
     let ray = ray_new(view.origin, view.world);

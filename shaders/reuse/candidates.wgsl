@@ -44,7 +44,7 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
     var rng = rng_start(pixel, frame.frame, params.seed ^ CANDIDATES_STREAM);
 
     let centre = view_ray(position, VIEW_CENTRE);
-    let words = table_build(ray_new(centre.origin, centre.world));
+    let words = table_build(ray_new(centre.origin, centre.world), 1.0);
     textureStore(candidates_table, position, 0, words[0]);
     textureStore(candidates_table, position, 1, words[1]);
     let table = table_unpack(words);
@@ -52,6 +52,8 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
     let film = rng_bits(&rng);
     let view = view_ray(position, film);
     let ray = ray_new(view.origin, view.world);
+    // Distances are drawn by the film sample's own ray; the target stays the pixel's.
+    let own_table = table_unpack(table_build(ray, 0.0));
     var kept = Reservoir();
     kept.path.film = film;
     kept.path.omega = vec3f(0.0, 1.0, 0.0);
@@ -59,7 +61,7 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
     var sum = 0.0;
     // For paths that go on, one of the distances by what is there: (distance, its strength, sum of weights).
     var onset = vec3f(0.0);
-    let any = table_any(table) || CANDIDATES_MIXED;
+    let any = table_any(own_table) || CANDIDATES_MIXED;
 
     // Light samples and, where scattering may find light, phase samples: each kind has its own stretches of the table.
     let sky = LIGHT_HAS_MAP || LIGHT_HAS_DISC || math_max3(params.constant_radiance) > 0.0;
@@ -70,7 +72,7 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
         let lit = i < by_light;
         let place = select(i - by_light, i, lit);
         let count = f32(select(by_phase, by_light, lit));
-        let distance = candidates_distance(table, ray, (f32(place) + rng_next(&rng)) / count);
+        let distance = candidates_distance(own_table, ray, (f32(place) + rng_next(&rng)) / count);
         var path = Path(RESERVOIR_ESCAPE, 0u, film, distance.x, vec3f(0.0), vec3f(0.0), vec3f(0.0));
         let vertex = view.origin + ray_local(view.world) * path.t;
         if (REUSE_SECOND) {

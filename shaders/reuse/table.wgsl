@@ -40,10 +40,11 @@ fn table_pair(low: u32, high: u32) -> u32 {
     return low | (high << 16u);
 }
 
-// From looks along a ray. Cells are no smaller than the pixel, so that they hold what its other rays meet.
-fn table_build(ray: Ray) -> array<vec4u, 2> {
+// From looks along a ray, for itself (width 0) or for a pixel round it (1): cells are then no smaller than the pixel, so that they
+// hold what its other rays meet.
+fn table_build(ray: Ray, width: f32) -> array<vec4u, 2> {
     let size = math_max3(abs(ray.direction));
-    let footprint = 2.0 * max(params.inv_width * length(params.camera_right), params.inv_height * length(params.camera_up));
+    let footprint = 2.0 * width * max(params.inv_width * length(params.camera_right), params.inv_height * length(params.camera_up));
     // Other rays of the pixel may meet the medium before this one, behind it, or alone.
     let ends = proxy_ends(ray, TABLE_ASIDE * footprint * size);
     let begin = ends.x;
