@@ -27,7 +27,7 @@ const SUFFIX_ROULETTE: f32 = 0.1;
 const SUFFIX_SLACK: u32 = 12288u;
 const SUFFIX_LIGHT_ROUNDS: u32 = 5u;
 
-// The weight of a candidate of the second kind; `density` of its direction.
+// Offers a path to the reservoir; `inverse` is one over the density that drew it.
 fn suffix_offer(
     pixel: vec2u, table: Table, kept: ptr<function, Reservoir>, sum: ptr<function, f32>, path: Path, inverse: f32, u: f32,
 ) {

@@ -100,6 +100,7 @@ const DEFAULT_SPP: u32 = 256;
 /// Seconds of one piece of work: short enough for Ctrl-C and for watchdogs, long enough to cost nothing.
 const SLICE_SOFTWARE: f64 = 0.2;
 const SLICE_GPU: f64 = 0.03;
+
 /// Runs `render`; `start` is when the program began.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<()> {
     let format = picture::Format::of_path(&args.output)?;

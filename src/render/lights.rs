@@ -281,10 +281,7 @@ impl Lights {
 
     /// Whether the map is that of `other`, apart from its factor and rotation.
     pub fn has_map_of(&self, other: &Lights) -> bool {
-        match (&self.dome, &other.dome) {
-            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-            (a, b) => a.is_none() && b.is_none(),
-        }
+        same_dome(&self.dome, &other.dome)
     }
 
     /// The constants that these lights choose.
@@ -312,11 +309,7 @@ impl Lights {
         list.extend_from_slice(previous);
         list.resize(list.len().max(1), GpuLight::default());
         let list = storage(gpu, "lights", bytemuck::cast_slice(&list));
-        let same = |k: &DomeBuffers| match (&k.dome, &self.dome) {
-            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-            (a, b) => a.is_none() && b.is_none(),
-        };
-        let dome = match kept.take().filter(same) {
+        let dome = match kept.take().filter(|k| same_dome(&k.dome, &self.dome)) {
             Some(dome) => kept.insert(dome),
             None => kept.insert(DomeBuffers::new(gpu, self.dome.clone())),
         };
@@ -346,6 +339,14 @@ impl Lights {
                 gpu.limits.max_storage_buffer_binding_size / 16
             ))
             .hint("Scale the map down to half its size."))
+    }
+}
+
+/// Whether both are the same dome, or none.
+fn same_dome(a: &Option<Arc<Dome>>, b: &Option<Arc<Dome>>) -> bool {
+    match (a, b) {
+        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+        (a, b) => a.is_none() && b.is_none(),
     }
 }
 
