@@ -37,8 +37,8 @@ pub fn stats(renderer: &Renderer, sums: &Sums, samples: u64) -> Value {
         "cell": medium.cell,
         "density_scale": medium.density_scale(scene),
         "majorant_seconds": medium.majorant_seconds,
-        "biased": scene.tracking.bias().is_some(),
-        "bias": scene.tracking.bias(),
+        "biased": scene.bias().is_some(),
+        "bias": scene.bias(),
     })
 }
 

@@ -19,7 +19,7 @@ use wgpu::naga;
 mod reuse;
 
 /// Files that fill each slot.
-const SLOTS: [(&str, &[&str]); 7] = [
+const SLOTS: [(&str, &[&str]); 8] = [
     ("medium", &[DENSE[0], DENSE[1], DENSE[2], ANALYTIC[0], ANALYTIC[1], ANALYTIC[2]]),
     ("majorant", &["majorant/grid", "majorant/tree", "majorant/whole", "majorant/profile"]),
     ("phase", &["phase/hg", "phase/isotropic", "phase/rayleigh", "phase/two_lobe_hg"]),
@@ -56,7 +56,10 @@ const SLOTS: [(&str, &[&str]); 7] = [
         ],
     ),
     ("proxy", &PROXIES),
+    ("aim", &AIMS),
 ];
+/// What a path is worth, to mode "restir" and to "restir-2021".
+const AIMS: [&str; 2] = ["aim/table", "aim/marched"];
 /// The density from afar, of voxels and of formulas.
 const PROXIES: [&str; 2] = ["proxy/dense", "proxy/analytic"];
 /// Files of slot `medium` for voxels, and for formulas.
@@ -116,6 +119,7 @@ fn with_tracking(variant: Variant, medium: &'static str, flight: &'static str, t
     };
     variant
         .slot("proxy", if DENSE.contains(&medium) { PROXIES[0] } else { PROXIES[1] })
+        .slot("aim", AIMS[0])
         .flag("REUSE", true)
         .flag("REUSE_SECOND", true)
         .flag("CANDIDATES_MIXED", true)
@@ -449,6 +453,7 @@ fn slot_files_of_a_slot_declare_the_same_functions() {
     }
     let wanted: &[&str] = &["proxy_level", "proxy_end", "proxy_ends", "proxy_steps", "proxy_depth", "proxy_leg"];
     assert_eq!(signatures(PROXIES[0], wanted), signatures(PROXIES[1], wanted));
+    assert_eq!(signatures(AIMS[0], &["aim_value"]), signatures(AIMS[1], &["aim_value"]));
     // Formulas alone have integrals. Estimators share functions through files of their folder, which linking checks.
     let first = signatures(ANALYTIC[0], &["medium_depth", "medium_invert"]);
     for file in ANALYTIC {

@@ -6,7 +6,7 @@
 //!use core/ray
 //!use reuse/target
 //!use reuse/frame
-//!use film/film
+//!use reuse/onset
 
 @group(3) @binding(15) var candidates_table: texture_storage_2d_array<rgba32uint, write>;
 
@@ -59,8 +59,8 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
     kept.path.omega = vec3f(0.0, 1.0, 0.0);
     kept.confidence = 1.0;
     var sum = 0.0;
-    // For paths that go on, one of the distances by what is there: (distance, its strength, sum of weights).
-    var onset = vec3f(0.0);
+    // For paths that go on, one of the distances by what is there.
+    var onset = Onset();
     let any = table_any(own_table) || CANDIDATES_MIXED;
 
     // Light samples and, where scattering may find light, phase samples: each kind has its own stretches of the table.
@@ -77,10 +77,7 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
         let vertex = view.origin + ray_local(view.world) * path.t;
         if (REUSE_SECOND) {
             let strength = target_density(vertex) * table_transmittance(table, path.t);
-            let share = select(0.0, strength / distance.y, distance.y > 0.0) / f32(all);
-            onset.z += share;
-            let takes = rng_next(&rng) * onset.z < share;
-            onset = select(onset, vec3f(path.t, strength, onset.z), takes);
+            onset_offer(&onset, path.t, strength, distance.y * f32(all), rng_next(&rng));
         }
         let drop = phase_drop(&rng);
         path.omega = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
@@ -104,24 +101,8 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
     kept.weight = select(0.0, sum / kept.aim, kept.aim > 0.0);
 
     if (REUSE_SECOND) {
-        // The way on: a distance of those above, a scattering, a flight from afar, so that its density is known.
-        let vertex = view.origin + ray_local(view.world) * onset.x;
-        let drop = phase_drop(&rng);
-        let onward = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
-        let channel = spectrum_hero(&rng).rate;
-        let wanted = rng_depth(&rng) / max(channel, 1e-9);
-        let walk = ray_new(vertex, onward);
-        let leg = proxy_leg(walk, select(0.0, walk.exit, onset.y > 0.0), wanted);
-        let second = ray_at(walk, leg.t);
-        // Per volume: density · r² is the density along the leg.
-        let depth = min(wanted, PROXY_ENDLESS);
-        let flight = leg.rate * spectrum_mean(spectrum_extinction() * exp(-spectrum_extinction() * depth));
-        let inverse = onset.z / onset.y * leg.t * leg.t / (phase_value(dot(view.world, onward)) * flight);
-        let found = leg.met && target_density(second) > 0.0 && inverse > 0.0 && inverse < MATH_FAR;
-        // For reuse/suffix: second vertex, distance; 1 / density, and the sum of weights so far.
         reservoir_store_near(pixel, kept);
-        reservoir_far[2u * pixel] = vec4u(bitcast<vec3u>(second), bitcast<u32>(onset.x));
-        reservoir_far[2u * pixel + 1u] = vec4u(bitcast<u32>(select(0.0, inverse, found)), bitcast<u32>(sum), 0u, 0u);
+        onset_go(pixel, view, onset, sum, &rng);
     } else {
         reservoir_store(pixel, kept);
     }

@@ -182,7 +182,7 @@ impl App {
                 (None, n) => Some((f.samples as f32 / n as f32).min(1.0)),
             },
             cells: &cells,
-            trust: match (f.scale < 1.0, self.scene.tracking.bias()) {
+            trust: match (f.scale < 1.0, self.scene.bias()) {
                 (true, _) => Trust::Preview("preview"),
                 (false, Some(why)) => Trust::Biased(why),
                 (false, None) => Trust::Unbiased,

@@ -16,7 +16,7 @@ use crate::io::volume_file;
 use crate::render::tracking;
 use crate::scene::value::Limit;
 use crate::scene::{
-    Analytic, FreeFlight, Light, MajorantKind, Phase, Procedural, Restir, Scene, Tracking, Transmittance,
+    Analytic, FreeFlight, Light, MajorantKind, Mode, Phase, Procedural, Restir, Scene, Tracking, Transmittance,
 };
 
 /// Which sections are open, in their order.
@@ -62,7 +62,7 @@ pub fn show(ui: &mut Ui, rows: &mut Rows, facts: &Facts, open: &mut Open, state:
         }
         bookmarks(ui, state, &mut wishes);
     });
-    let bias = rows.scene.tracking.bias();
+    let bias = rows.scene.bias();
     let changed = rows.any_changed("tracking.");
     let summary = bias.map_or("unbiased".to_owned(), |why| format!("biased: {why}"));
     let head = Section { title: "Method", summary: &summary, changed, biased: bias.is_some(), first: false };
@@ -351,8 +351,8 @@ fn tracking_keys(tracking: &Tracking) -> Vec<&'static str> {
     keys
 }
 
-/// Settings of the stages of resampling that are on.
-fn restir_keys(restir: &Restir) -> Vec<&'static str> {
+/// Settings of the stages of resampling that are on, where the mode takes them.
+fn restir_keys(mode: Mode, restir: &Restir) -> Vec<&'static str> {
     let mut keys = vec!["restir.candidates", "restir.final_samples", "restir.temporal"];
     if restir.temporal {
         keys.extend(["restir.cap", "restir.edit_confidence", "restir.permute"]);
@@ -365,6 +365,7 @@ fn restir_keys(restir: &Restir) -> Vec<&'static str> {
         keys.push("restir.history");
     }
     keys.extend(["restir.reconnect_distance", "restir.still_after", "restir.still_cap", "restir.proxy_cell"]);
+    keys.retain(|key| mode.takes(&key["restir.".len()..]));
     keys
 }
 
@@ -383,7 +384,7 @@ fn mishaps(facts: &Facts, factor: f64) -> Vec<String> {
 fn method_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts, state: &State, wishes: &mut Vec<Wish>) {
     rows.show(ui, "integrator.mode");
     if rows.scene.integrator.mode.reuses() {
-        for key in restir_keys(&rows.scene.restir) {
+        for key in restir_keys(rows.scene.integrator.mode, &rows.scene.restir) {
             rows.show(ui, key);
         }
     }
@@ -394,7 +395,9 @@ fn method_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts, state: &State, wi
     if !fitting.is_empty() {
         note(ui, &fitting);
     }
-    if let Some(why) = rows.scene.tracking.bias() {
+    if let Some(why) = rows.scene.integrator.mode.bias() {
+        caution(ui, &format!("Biased by {why}, while the camera moves. The lens stays closed."));
+    } else if let Some(why) = rows.scene.tracking.bias() {
         caution(ui, &format!("Biased by {why}: more samples do not remove the error, shorter steps do."));
     }
     let three = |x: Option<f64>| Digits::Significant(3).format(x.unwrap_or(f64::NAN));

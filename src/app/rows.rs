@@ -227,6 +227,8 @@ impl Rows<'_> {
 
 /// Settings that must fit one another.
 const TRACKING: &str = "tracking.";
+/// Key of the mode.
+const MODE: &str = "integrator.mode";
 /// Why the closed forms cannot be chosen for voxels.
 const NEEDS_FORMULA: &str = "analytic volumes only";
 
@@ -242,7 +244,8 @@ pub fn fitting_note(ui: &Ui) -> String {
 /// Whether a choice makes the picture biased, by itself.
 fn is_biased(key: &str, name: &str) -> bool {
     let mut scene = Scene::default();
-    key.starts_with(TRACKING) && scene.assign(key, &Value::Text(name.into())).is_ok() && scene.tracking.bias().is_some()
+    let asks = key.starts_with(TRACKING) || key == MODE;
+    asks && scene.assign(key, &Value::Text(name.into())).is_ok() && scene.bias().is_some()
 }
 
 /// `scene`, which does not fit since the setting `key` was chosen, with the fewest other estimators changed to the nearest

@@ -21,6 +21,8 @@ macro_rules! catalogue {
 }
 
 catalogue![
+    "aim/marched",
+    "aim/table",
     "bench/bare",
     "core/camera",
     "core/math",
@@ -86,6 +88,7 @@ catalogue![
     "reuse/candidates",
     "reuse/frame",
     "reuse/merge",
+    "reuse/onset",
     "reuse/pair",
     "reuse/reservoir",
     "reuse/shade",
@@ -95,6 +98,10 @@ catalogue![
     "reuse/target",
     "reuse/temporal",
     "reuse/view",
+    "reuse_2021/finish",
+    "reuse_2021/gather",
+    "reuse_2021/initial",
+    "reuse_2021/reproject",
     "spectrum/colour",
     "spectrum/grey",
     "track/comb",

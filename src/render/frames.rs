@@ -42,7 +42,7 @@ impl Renderer {
     /// The most that a history counts for in the next pass; `None` where that is one of the path tracer.
     pub(super) fn cap(&self) -> Option<u32> {
         self.reuse.as_ref()?;
-        let settings = &self.scene.restir;
+        let settings = self.scene.resampling();
         if self.moves || self.samples < settings.still_after {
             Some(settings.cap)
         } else {
@@ -52,13 +52,13 @@ impl Renderer {
 
     /// Whether the spread of a pixel's samples tells nothing, for all or most of them share paths.
     pub fn is_correlated(&self) -> bool {
-        let settings = &self.scene.restir;
+        let settings = self.scene.resampling();
         self.reuse.is_some() && (self.moves || settings.still_cap > 0 || self.samples <= settings.still_after)
     }
 
     /// Independent samples that one of the picture's is worth, about.
     pub fn worth(&self) -> u32 {
-        let settings = &self.scene.restir;
+        let settings = self.scene.resampling();
         let cap = if settings.temporal { settings.cap } else { 0 };
         /// More would keep a coarse picture on screen for long.
         const MOST: u32 = 4;

@@ -306,16 +306,19 @@ impl Renderer {
             (true, true) => TRACK_STEPS_MAP,
             (true, false) => TRACK_STEPS_LOCAL,
         };
+        let mode = self.scene.integrator.mode;
+        let has_lens = self.scene.camera.aperture_radius > 0.0 && mode.has_lens();
         let variant = Variant::default()
             .slot("phase", phase)
-            .flag("CAMERA_LENS", self.scene.camera.aperture_radius > 0.0)
+            .flag("CAMERA_LENS", has_lens)
             .flag("FILM_AOV", self.film.aov)
             .flag("FILM_COST", cost)
-            .flag("REUSE", self.scene.integrator.mode.reuses())
-            .flag("CANDIDATES_MIXED", self.scene.camera.aperture_radius > 0.0 || self.medium.is_analytic())
+            .flag("REUSE", mode.reuses())
+            .flag("CANDIDATES_MIXED", has_lens || self.medium.is_analytic())
             .flag("REUSE_SECOND", reuse::has_second(&self.scene))
             .count("TRACK_STEPS", steps)
             .count("PATH_MOST_ROUNDS", if self.gpu.is_software() { MOST_ROUNDS_SOFTWARE } else { MOST_ROUNDS });
+        let variant = reuse::aim(mode).into_iter().fold(variant, |variant, file| variant.slot("aim", file));
         let variant = tracking::variant(&self.scene, self.medium.is_analytic(), variant);
         self.medium.variant(self.lights.variant(variant))
     }

@@ -8,7 +8,7 @@ use crate::gpu::layout::gpu_struct;
 use crate::gpu::readback;
 use crate::gpu::shader::{Source, Variant};
 use crate::scene::value::Limit;
-use crate::scene::{History, Scene};
+use crate::scene::{History, Mode, Scene};
 
 use super::film::Film;
 use super::lights::GpuLight;
@@ -58,6 +58,14 @@ pub enum Pass {
     Merge,
     /// True transmittances, and the film.
     Shade,
+    /// The method of 2021: candidates.
+    Initial,
+    /// The frame before.
+    Reproject,
+    /// Neighbours' paths.
+    Gather,
+    /// True transmittances, and the film.
+    Finish,
 }
 
 /// What a pass binds in group 3; the numbers are those of the shaders.
@@ -79,8 +87,18 @@ enum Bound {
 }
 
 impl Pass {
-    /// All of them, in order.
-    pub const ALL: [Pass; 6] = [Pass::Candidates, Pass::Suffix, Pass::Temporal, Pass::Pair, Pass::Merge, Pass::Shade];
+    /// Those of mode "restir", in order.
+    pub const OWN: [Pass; 6] = [Pass::Candidates, Pass::Suffix, Pass::Temporal, Pass::Pair, Pass::Merge, Pass::Shade];
+    /// Those of mode "restir-2021", in order.
+    pub const PUBLISHED: [Pass; 5] = [Pass::Initial, Pass::Suffix, Pass::Reproject, Pass::Gather, Pass::Finish];
+    /// Most passes of a frame.
+    const MOST: usize = Pass::OWN.len();
+
+    /// Its kernel's file.
+    fn file(self) -> String {
+        let folder = if Pass::OWN.contains(&self) { "reuse" } else { "reuse_2021" };
+        format!("{folder}/{}", self.name())
+    }
 
     /// Its name in statistics, which is that of its kernel's file and entry point.
     pub fn name(self) -> &'static str {
@@ -91,6 +109,10 @@ impl Pass {
             Pass::Pair => "pair",
             Pass::Merge => "merge",
             Pass::Shade => "shade",
+            Pass::Initial => "initial",
+            Pass::Reproject => "reproject",
+            Pass::Gather => "gather",
+            Pass::Finish => "finish",
         }
     }
 
@@ -106,6 +128,9 @@ impl Pass {
             Pass::Pair => &[Near, Far, Pairs, Table, Frame],
             Pass::Merge => &[Near, Far, OtherNear, OtherFar, Pairs, Table, Frame],
             Pass::Shade => &[FilmSum, FilmSquare, Counters, Near, Far, Table, Frame],
+            Pass::Initial => &[Near, Far, Frame],
+            Pass::Reproject | Pass::Gather => &[Near, Far, OtherNear, OtherFar, Frame],
+            Pass::Finish => &[FilmSum, FilmSquare, Counters, Near, Far],
         }
     }
 
@@ -140,6 +165,19 @@ impl Pass {
     }
 }
 
+/// The files that fill slot `aim`: what a path is worth.
+const AIM: &str = "aim/table";
+const AIM_PUBLISHED: &str = "aim/marched";
+
+/// The file that fills slot `aim` in a mode that reuses paths.
+pub fn aim(mode: Mode) -> Option<&'static str> {
+    match mode {
+        Mode::Path => None,
+        Mode::Restir => Some(AIM),
+        Mode::Restir2021 => Some(AIM_PUBLISHED),
+    }
+}
+
 /// The kernels of all passes for one variant.
 pub struct Kernels {
     passes: Vec<(Pass, wgpu::ComputePipeline, wgpu::BindGroupLayout)>,
@@ -149,8 +187,10 @@ impl Kernels {
     /// Builds them.
     pub fn new(gpu: &Gpu, source: &Source, layouts: &Layouts, variant: &Variant, filterable: bool) -> Result<Kernels> {
         let second = variant.constants.iter().any(|(name, value)| *name == "REUSE_SECOND" && value == "true");
+        let published = variant.slots.iter().any(|(_, file)| *file == AIM_PUBLISHED);
+        let all = if published { &Pass::PUBLISHED[..] } else { &Pass::OWN[..] };
         let mut passes = Vec::new();
-        for pass in Pass::ALL.into_iter().filter(|p| second || *p != Pass::Suffix) {
+        for &pass in all.iter().filter(|p| second || **p != Pass::Suffix) {
             let group = pass.layout(gpu);
             let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some(pass.name()),
@@ -162,8 +202,7 @@ impl Kernels {
                 ],
                 immediate_size: 0,
             });
-            let file = format!("reuse/{}", pass.name());
-            let entry = format!("{}_main", pass.name());
+            let (file, entry) = (pass.file(), format!("{}_main", pass.name()));
             passes.push((pass, pipeline::compute(gpu, source, &file, &entry, variant, Some(&layout))?, group));
         }
         Ok(Kernels { passes })
@@ -175,11 +214,21 @@ impl Kernels {
 struct Drawn {
     params: Params,
     lights: Vec<GpuLight>,
+    scene: Scene,
+}
+
+impl Drawn {
+    /// Whether `scene` is the same but for the camera and the way it is shown.
+    fn is_of(&self, scene: &Scene) -> bool {
+        let Scene { camera, display, .. } = scene.clone();
+        *scene == Scene { camera, display, ..self.scene.clone() }
+    }
 }
 
 /// Reservoirs and tables of all pixels, and how frames follow one another.
 pub struct Reuse {
     size: (u32, u32),
+    mode: Mode,
     second: bool,
     near: [wgpu::Buffer; 2],
     far: [wgpu::Buffer; 2],
@@ -222,7 +271,7 @@ pub fn has_second(scene: &Scene) -> bool {
 impl Reuse {
     /// Room for pictures of `size`; `previous` is the uniform that kernels read the frame before from.
     pub fn new(gpu: &Gpu, scene: &Scene, size: (u32, u32), previous: wgpu::Buffer) -> Result<Reuse> {
-        let second = has_second(scene);
+        let (second, mode) = (has_second(scene), scene.integrator.mode);
         let pixels = u64::from(size.0) * u64::from(size.1);
         let half = HALF * pixels;
         let most = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
@@ -242,10 +291,13 @@ impl Reuse {
                 mapped_at_creation: false,
             })
         };
+        // The method of 2021 keeps neither tables nor values of pairs.
+        let own = mode == Mode::Restir;
+        let (width, height) = if own { size } else { (1, 1) };
         let table = || {
             gpu.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("tables"),
-                size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 2 },
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 2 },
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
@@ -255,7 +307,7 @@ impl Reuse {
             })
         };
         let queries = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY).then(|| {
-            let count = 2 * Pass::ALL.len() as u32;
+            let count = 2 * Pass::MOST as u32;
             let set = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("passes"),
                 ty: wgpu::QueryType::Timestamp,
@@ -272,10 +324,11 @@ impl Reuse {
         let far = if second { half } else { EMPTY };
         let reuse = Reuse {
             size,
+            mode,
             second,
             near: [buffer("reservoirs", half), buffer("reservoirs", half)],
             far: [buffer("second vertices", far), buffer("second vertices", far)],
-            pairs: buffer("pairs", 4 * pixels * u64::from(scene.restir.neighbours.max(1))),
+            pairs: buffer("pairs", if own { 4 * pixels * u64::from(scene.restir.neighbours.max(1)) } else { EMPTY }),
             tables: [table(), table()],
             frame: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("frame"),
@@ -301,16 +354,18 @@ impl Reuse {
     /// Whether the buffers fit `scene` in a picture of `size`.
     pub fn fits(&self, scene: &Scene, size: (u32, u32)) -> bool {
         let pixels = u64::from(size.0) * u64::from(size.1);
+        let pairs = 4 * pixels * u64::from(scene.restir.neighbours);
         self.size == size
+            && self.mode == scene.integrator.mode
             && self.second == has_second(scene)
-            && self.pairs.size() >= 4 * pixels * u64::from(scene.restir.neighbours)
+            && (self.mode != Mode::Restir || self.pairs.size() >= pairs)
     }
 
     /// Bytes on the adapter.
     pub fn bytes(&self) -> u64 {
-        let pixels = u64::from(self.size.0) * u64::from(self.size.1);
+        let tables = self.tables.iter().map(|t| HALF * u64::from(t.width()) * u64::from(t.height()));
         let buffers = self.near.iter().chain(&self.far).chain([&self.pairs]);
-        buffers.map(wgpu::Buffer::size).sum::<u64>() + 2 * HALF * pixels
+        buffers.map(wgpu::Buffer::size).chain(tables).sum()
     }
 
     /// The lights of the frame before, which follow those of the next in the list.
@@ -341,9 +396,12 @@ impl Reuse {
     /// What the next frame's kernels are told.
     fn next(&mut self, picture: &Picture, cap: u32, neighbours: u32) -> Frame {
         let Picture { scene, params, lights, .. } = *picture;
-        let settings = &scene.restir;
+        let settings = scene.resampling();
         let same_kinds = |d: &Drawn| d.lights.iter().map(|l| l.kind).eq(lights.iter().map(|l| l.kind));
         if !self.drawn.as_ref().is_some_and(same_kinds) {
+            self.forget();
+        }
+        if !self.mode.survives_edits() && !self.drawn.as_ref().is_some_and(|d| d.is_of(scene)) {
             self.forget();
         }
         // What only shows the picture, or the seed's number, moves nothing.
@@ -376,7 +434,7 @@ impl Reuse {
             unused: 0,
         };
         self.number = self.number.wrapping_add(1);
-        self.drawn = Some(Drawn { params: *params, lights: lights.to_vec() });
+        self.drawn = Some(Drawn { params: *params, lights: lights.to_vec(), scene: scene.clone() });
         self.keeps = FIRST | SECOND;
         frame
     }
@@ -396,7 +454,7 @@ impl Reuse {
             })
         };
         // Shading reads what the last pass wrote.
-        let own = if pass == Pass::Shade && merged { 1 - self.turn } else { self.turn };
+        let own = if matches!(pass, Pass::Shade | Pass::Finish) && merged { 1 - self.turn } else { self.turn };
         let tables = [view(&self.tables[self.table_turn]), view(&self.tables[1 - self.table_turn])];
         let entries: Vec<wgpu::BindGroupEntry> = pass
             .bound()
@@ -433,7 +491,7 @@ impl Reuse {
         cap: u32,
         merged: u32,
     ) -> Result<()> {
-        let settings = &picture.scene.restir;
+        let settings = picture.scene.resampling();
         let cap = if settings.temporal { cap } else { 0 };
         // All but the last are a history that counts whole.
         for i in 1..merged {
@@ -462,10 +520,10 @@ impl Reuse {
         gpu.queue.write_buffer(&self.previous, 0, bytemuck::bytes_of(&before));
         gpu.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
         let runs = |pass: Pass| match pass {
-            Pass::Temporal => frame.history != 0,
-            Pass::Pair | Pass::Merge => neighbours > 0,
-            Pass::Shade => shown.is_some(),
-            Pass::Candidates | Pass::Suffix => true,
+            Pass::Temporal | Pass::Reproject => frame.history != 0,
+            Pass::Pair | Pass::Merge | Pass::Gather => neighbours > 0,
+            Pass::Shade | Pass::Finish => shown.is_some(),
+            Pass::Candidates | Pass::Initial | Pass::Suffix => true,
         };
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut timed = Vec::new();
@@ -473,7 +531,7 @@ impl Reuse {
             let group = self.group(gpu, film, *pass, layout, neighbours > 0);
             let mut dispatch = |encoder: &mut wgpu::CommandEncoder| {
                 let at = 2 * timed.len() as u32;
-                let writes = self.queries.as_ref().filter(|_| self.timed && timed.len() < Pass::ALL.len());
+                let writes = self.queries.as_ref().filter(|_| self.timed && timed.len() < Pass::MOST);
                 let writes = writes.map(|(set, _)| wgpu::ComputePassTimestampWrites {
                     query_set: set,
                     beginning_of_pass_write_index: Some(at),
@@ -515,7 +573,7 @@ impl Reuse {
                 *self.seconds.entry(pass.name()).or_default() += pair[1].saturating_sub(pair[0]) as f64 * period;
             }
         }
-        let keep_merged = picture.scene.restir.history == History::Spatial && neighbours > 0;
+        let keep_merged = picture.scene.resampling().history == History::Spatial && neighbours > 0;
         if !keep_merged {
             self.turn = 1 - self.turn;
         }

@@ -80,6 +80,7 @@ choice! {
     Mode {
         Path = "path", "Path", "The unbiased path tracer; samples are independent.";
         Restir = "restir", "Reuse", "Paths are resampled from frame to frame and from neighbours (ReSTIR); unbiased. Still pictures go on as in mode path.";
+        Restir2021 = "restir-2021", "Reuse, 2021", "Reuse as Lin, Wyman and Yuksel published it in 2021, to compare with: through pixel centres, without a lens. Biased while the camera moves.";
     }
 }
 
@@ -449,6 +450,13 @@ impl Volume {
         } else {
             Source::Cumulus { seed: self.seed, resolution: self.resolution }
         }
+    }
+}
+
+impl Scene {
+    /// Whether the picture is biased, and why.
+    pub fn bias(&self) -> Option<&'static str> {
+        self.integrator.mode.bias().or(self.tracking.bias())
     }
 }
 

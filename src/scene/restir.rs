@@ -1,13 +1,52 @@
-//! Settings of mode "restir".
+//! Settings of the modes that reuse paths.
 
-use super::Mode;
+use super::{Mode, Scene};
 use super::row::{Effect, section};
 use super::value::choice;
 
 impl Mode {
     /// Whether pixels keep reservoirs.
     pub fn reuses(self) -> bool {
-        self == Mode::Restir
+        self != Mode::Path
+    }
+
+    /// Whether rays have a place on the lens, and in their pixel, of their own.
+    pub fn has_lens(self) -> bool {
+        self != Mode::Restir2021
+    }
+
+    /// Whether paths outlive a change of anything but the camera.
+    pub fn survives_edits(self) -> bool {
+        self != Mode::Restir2021
+    }
+
+    /// Whether it is biased, and why.
+    pub fn bias(self) -> Option<&'static str> {
+        (self == Mode::Restir2021).then_some("reuse as it was published in 2021")
+    }
+
+    /// Whether a setting of `[restir]` means anything to it.
+    pub fn takes(self, key: &str) -> bool {
+        match self {
+            Mode::Path => false,
+            Mode::Restir => true,
+            Mode::Restir2021 => ["candidates", "temporal", "spatial", "proxy_cell"].contains(&key),
+        }
+    }
+}
+
+impl Scene {
+    /// The settings of `[restir]` as the mode takes them: the method of 2021 leaves few to choose.
+    pub fn resampling(&self) -> Restir {
+        let own = self.restir.clone();
+        if self.integrator.mode != Mode::Restir2021 {
+            return own;
+        }
+        /// Frames that a history counts for at most.
+        const CAP: u32 = 4;
+        /// Of each pixel.
+        const NEIGHBOURS: u32 = 3;
+        Restir { cap: CAP, neighbours: NEIGHBOURS, history: History::Spatial, still_cap: CAP, permute: false, ..own }
     }
 }
 
@@ -20,7 +59,7 @@ choice! {
 }
 
 section! {
-    /// Resampling of light paths over frames and neighbours (mode "restir").
+    /// Resampling of light paths over frames and neighbours (modes "restir" and "restir-2021").
     Restir {
         /// New paths of one scattering that a pixel chooses from in each frame.
         candidates: u32 = 4, label("Candidates"), symbol("M"), range(1.0, 32.0), effect(Effect::Reuse);

@@ -14,6 +14,7 @@ mod ensemble;
 mod light;
 mod motion;
 mod planted;
+mod published;
 
 use ensemble::{Course, Stage};
 

@@ -187,7 +187,7 @@ impl App {
     /// What the plot is for, in one sentence: number, words, interval.
     fn verdict(&self, sides: &[Option<&Engine>; 2], b: &Scene, axis: Axis) -> [String; 3] {
         let words = |text: &str| [String::new(), text.to_owned(), String::new()];
-        let biased = [self.scene.tracking.bias(), b.tracking.bias()];
+        let biased = [self.scene.bias(), b.bias()];
         if let Some(i) = biased.iter().position(Option::is_some) {
             return words(&format!("{} is biased: its variance is not its error", ["A", "B"][i]));
         }

@@ -200,6 +200,13 @@ pub fn update(renderer: &mut Renderer, scene: &Scene) {
     renderer.update(scene, size, None).unwrap_or_else(|e| panic!("{e}"));
 }
 
+/// A picture of `samples` of each pixel, as it stands still.
+pub fn accumulated(renderer: &mut Renderer, scene: &Scene, samples: u32) -> Sums {
+    update(renderer, scene);
+    accumulate(renderer, samples, Work { samples: 1, groups: u32::MAX });
+    renderer.sums().expect("a film")
+}
+
 /// One frame as while things move.
 pub fn frame(renderer: &mut Renderer, scene: &Scene, rewinds: bool) {
     update(renderer, scene);

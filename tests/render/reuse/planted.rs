@@ -128,21 +128,21 @@ fn errors_of_second_vertices_are_seen() {
     let plants = [
         (
             "no square of the distance",
-            "reuse/candidates",
-            "onset.z / onset.y * leg.t * leg.t / (",
-            "onset.z / onset.y * leg.t / (",
+            "reuse/onset",
+            "onset.sum / onset.strength * leg.t * leg.t / (",
+            "onset.sum / onset.strength * leg.t / (",
         ),
         (
             "no phase function in the density",
-            "reuse/candidates",
+            "reuse/onset",
             "(phase_value(dot(view.world, onward)) * flight)",
             "(0.5 * flight)",
         ),
         (
             "no density of the first distance",
-            "reuse/candidates",
-            "let inverse = onset.z / onset.y",
-            "let inverse = onset.z",
+            "reuse/onset",
+            "let inverse = onset.sum / onset.strength",
+            "let inverse = onset.sum",
         ),
         ("no density of the last direction", "reuse/suffix", "inverse / max(around, 1e-30)", "inverse"),
         (

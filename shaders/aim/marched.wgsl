@@ -1,0 +1,81 @@
+// Slot @aim, for the method of 2021 (Lin, Wyman, Yuksel): the luminance of a path, with transmittances that are marched through
+// the density from afar at steps of one size. What lies behind the medium is a path as well, one that meets nothing.
+//!use core/params
+//!use core/math
+//!use core/ray
+//!slot proxy
+//!slot spectrum
+//!use light/light
+//!use reuse/view
+//!use reuse/table
+//!use reuse/reservoir
+//!use reuse/target
+
+// The kind of a path that meets nothing. Where there is anything on the way its `t` is a distance drawn at random, else 0.
+const MARCHED_THROUGH: u32 = RESERVOIR_NONE;
+// The part of a typical radiance that such a path is worth, at least: where the background is black it still tells the opacity.
+const MARCHED_VEIL: f32 = 0.01;
+
+// How coarsely a leg is seen: the level of the density from afar, and the step in its finest cells. The release marches
+// 2 · (mip + 1) voxels on mip maps of the density, of which the finest cells here are the first.
+const MARCHED_REUSE: vec2f = vec2f(0.0, 2.0);
+const MARCHED_FIRST: vec2f = vec2f(1.0, 3.0);
+
+const MARCHED_MOST: u32 = 2048u;   // steps of a leg, a guard
+const MARCHED_DEEP: f32 = 12.0;    // optical depth beyond which nothing is seen
+
+fn marched_luminance(v: vec3f) -> f32 {
+    return dot(abs(v), vec3f(0.2126, 0.7152, 0.0722));
+}
+
+// Transmittance from `ray.t` to `far` from afar, channels averaged.
+fn marched_seen(ray: Ray, far: f32, look: vec2f) -> f32 {
+    if (PROXY_EXACT) {
+        return max(table_mean(select(0.0, proxy_depth(ray, ray.t, far, look.x), far > ray.t)), TABLE_FLOOR);
+    }
+    let level = min(look.x, params.proxy_last);
+    let step = look.y / (params.proxy_inv_cell * math_max3(abs(ray.direction)));
+    let deep = MARCHED_DEEP / params.proxy_weakest;
+    var t = ray.t;
+    var depth = 0.0;
+    for (var i = 0u; i < MARCHED_MOST; i++) {
+        if (t >= far || depth > deep) {
+            break;
+        }
+        let next = min(t + step, far);
+        depth += proxy_depth(ray, t, next, level);
+        t = next;
+    }
+    return max(table_mean(depth), TABLE_FLOOR);
+}
+
+// What a pixel sees that looks through the medium, but for the transmittance.
+fn marched_behind(view: View) -> f32 {
+    return marched_luminance(light_background(view.world, -1.0)) + MARCHED_VEIL * params.light_reference;
+}
+
+// The value of a path that scatters, but for the transmittances.
+fn marched_strength(parts: Target) -> f32 {
+    let strength = marched_luminance(parts.value);
+    return select(0.0, strength, strength < MATH_FAR);
+}
+
+// Transmittance of the leg that leaves the first vertex.
+fn marched_onward(parts: Target, strength: f32, look: vec2f) -> f32 {
+    let ray = ray_new(parts.vertex, parts.onward);
+    return marched_seen(ray, min(ray.exit, select(0.0, parts.reach, strength > 0.0)), look);
+}
+
+fn aim_value(pixel: vec2u, path: Path) -> f32 {
+    let through = path.kind == MARCHED_THROUGH;
+    let parts = target_parts(pixel, path);
+    var strength = marched_strength(parts);
+    let onward = marched_onward(parts, strength, MARCHED_REUSE);
+    if (through) {
+        strength = marched_behind(parts.view);
+    }
+    let ray = ray_new(parts.view.origin, parts.view.world);
+    let reach = select(select(0.0, path.t, strength > 0.0), ray.exit, through);
+    let aim = strength * marched_seen(ray, min(ray.exit, reach), MARCHED_REUSE) * onward;
+    return select(0.0, aim, aim < MATH_FAR);
+}

@@ -1,0 +1,46 @@
+// The way to a second vertex: from one of the distances at which a ray may scatter, on to where reuse/suffix takes over.
+//!use core/params
+//!use core/rng
+//!use core/math
+//!use core/ray
+//!slot phase
+//!slot proxy
+//!slot spectrum
+//!use reuse/target
+
+// One distance of those offered.
+struct Onset {
+    t: f32,
+    strength: f32,
+    sum: f32,       // of strength over density
+}
+
+// Offers a distance of a strength, drawn with a density.
+fn onset_offer(onset: ptr<function, Onset>, t: f32, strength: f32, density: f32, u: f32) {
+    let share = select(0.0, strength / density, density > 0.0);
+    (*onset).sum += share;
+    if (u * (*onset).sum < share) {
+        (*onset).t = t;
+        (*onset).strength = strength;
+    }
+}
+
+// A scattering and a flight from afar, so that its density is known. Leaves for reuse/suffix: second vertex, distance;
+// 1 / density, and the sum of weights so far.
+fn onset_go(pixel: u32, view: View, onset: Onset, sum: f32, rng: ptr<function, Rng>) {
+    let vertex = view.origin + ray_local(view.world) * onset.t;
+    let drop = phase_drop(rng);
+    let onward = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(rng));
+    let channel = spectrum_hero(rng).rate;
+    let wanted = rng_depth(rng) / max(channel, 1e-9);
+    let walk = ray_new(vertex, onward);
+    let leg = proxy_leg(walk, select(0.0, walk.exit, onset.strength > 0.0), wanted);
+    let second = ray_at(walk, leg.t);
+    // Per volume: density · r² is the density along the leg.
+    let depth = min(wanted, PROXY_ENDLESS);
+    let flight = leg.rate * spectrum_mean(spectrum_extinction() * exp(-spectrum_extinction() * depth));
+    let inverse = onset.sum / onset.strength * leg.t * leg.t / (phase_value(dot(view.world, onward)) * flight);
+    let found = leg.met && target_density(second) > 0.0 && inverse > 0.0 && inverse < MATH_FAR;
+    reservoir_far[2u * pixel] = vec4u(bitcast<vec3u>(second), bitcast<u32>(onset.t));
+    reservoir_far[2u * pixel + 1u] = vec4u(bitcast<u32>(select(0.0, inverse, found)), bitcast<u32>(sum), 0u, 0u);
+}
