@@ -9,72 +9,54 @@
 //!use aim/marched
 
 const INITIAL_STREAM: u32 = 0x68bc21ebu;  // tells its random numbers from other passes'
-const INITIAL_MOST: u32 = 32u;            // walks
 const INITIAL_STEPS: u32 = 2048u;         // of the traversal, a guard
 const INITIAL_EXACT: f32 = 32.0;          // steps where the density is a formula
 const INITIAL_GONE: f32 = 1e-7;           // share of the light that is left when the traversal ends
 
-// Where a walk scatters.
-struct InitialStop {
-    t: f32,
-    density: f32,  // with which it was drawn, per distance
-    seen: f32,     // transmittance from the camera
-}
-
-// What all walks along a ray met.
+// How far the traversal of a ray has come: its last step, and the transmittance where that began and where it ended.
 struct Initial {
-    stops: array<InitialStop, INITIAL_MOST>,
-    count: u32,      // walks that scatter
-    through: f32,    // chance that one does not
-    elsewhere: f32,  // another distance, drawn like those of walks that scatter; 0 where none can
+    near: f32,
+    t: f32,
+    seen: f32,
+    after: f32,
+    depth: f32,
+    steps: u32,
+    whole: f32,      // optical depth of the whole ray, where the density is a formula
+    elsewhere: f32,  // a distance of those passed, drawn like those of walks that scatter; 0 where none can
 }
 
-// Where step `i` of the traversal ends, the one before at `t`. Cell by cell of the density from afar, which is above 0 wherever
-// the density is; formulas are cut where their light is.
-fn initial_next(ray: Ray, end: f32, t: f32, i: u32, depth: f32) -> f32 {
+// Where a step ends that begins at `t`. Cell by cell of the density from afar, which is above 0 wherever the density is;
+// formulas are cut where their light is.
+fn initial_next(ray: Ray, end: f32, state: Initial) -> f32 {
     if (PROXY_EXACT) {
-        let share = f32(i + 1u) / INITIAL_EXACT;
-        let wanted = -log(max(1.0 - share * (1.0 - exp(-depth)), 1e-30));
-        return select(max(proxy_leg(ray, end, wanted).t, t), end, f32(i + 1u) >= INITIAL_EXACT);
+        let share = f32(state.steps + 1u) / INITIAL_EXACT;
+        let wanted = -log(max(1.0 - share * (1.0 - exp(-state.whole)), 1e-30));
+        return select(max(proxy_leg(ray, end, wanted).t, state.t), end, f32(state.steps + 1u) >= INITIAL_EXACT);
     }
-    return min(t + 1.0 / (params.proxy_inv_cell * math_max3(abs(ray.direction))), end);
+    return min(state.t + 1.0 / (params.proxy_inv_cell * math_max3(abs(ray.direction))), end);
 }
 
-// One traversal for all walks. Their distances come in order: the greatest of n uniform numbers is the n-th root of one.
-fn initial_walks(ray: Ray, walks: u32, rng: ptr<function, Rng>) -> Initial {
-    var all: Initial;
-    let end = proxy_end(ray);
-    let whole = select(0.0, proxy_depth(ray, ray.t, end, 0.0), PROXY_EXACT && end > ray.t);
-    var t = ray.t;
-    var near = t;
-    var depth = 0.0;
-    var seen = 1.0;      // transmittance where the step begins
-    var after = 1.0;     // and where it ends
-    var steps = 0u;
-    var wanted = pow(rng_next(rng), 1.0 / f32(walks));
-    for (var round = 0u; round < INITIAL_STEPS + INITIAL_MOST; round++) {
-        if (all.count < walks && wanted > after) {
-            let share = clamp((seen - wanted) / (seen - after), 0.0, 1.0);
-            all.stops[all.count] = InitialStop(mix(near, t, share), (seen - after) / (t - near), wanted);
-            all.count += 1u;
-            wanted *= pow(rng_next(rng), 1.0 / f32(max(walks - all.count, 1u)));
-        } else {
-            if (t >= end || after < INITIAL_GONE || steps >= INITIAL_STEPS) {
-                break;
-            }
-            near = t;
-            seen = after;
-            t = initial_next(ray, end, near, steps, whole);
-            depth += proxy_depth(ray, near, t, 0.0);
-            after = min(table_mean(depth), seen);
-            steps += 1u;
-            if (rng_next(rng) * (1.0 - after) < seen - after) {
-                all.elsewhere = mix(near, t, rng_next(rng));
-            }
+// Goes on to where no more than `wanted` of the light is left. Whether that is before the end.
+fn initial_reaches(state: ptr<function, Initial>, ray: Ray, end: f32, wanted: f32, rng: ptr<function, Rng>) -> bool {
+    for (var i = 0u; i < INITIAL_STEPS; i++) {
+        if (wanted > (*state).after) {
+            return true;
+        }
+        if ((*state).t >= end || (*state).after < INITIAL_GONE || (*state).steps >= INITIAL_STEPS) {
+            break;
+        }
+        let next = initial_next(ray, end, *state);
+        (*state).near = (*state).t;
+        (*state).seen = (*state).after;
+        (*state).t = next;
+        (*state).depth += proxy_depth(ray, (*state).near, next, 0.0);
+        (*state).after = min(table_mean((*state).depth), (*state).seen);
+        (*state).steps += 1u;
+        if (rng_next(rng) * (1.0 - (*state).after) < (*state).seen - (*state).after) {
+            (*state).elsewhere = mix((*state).near, next, rng_next(rng));
         }
     }
-    all.through = after;
-    return all;
+    return wanted > (*state).after;
 }
 
 @compute @workgroup_size(8, 8)
@@ -95,49 +77,55 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
     let by_light = select(0u, select(frame.candidates, (frame.candidates + 1u) / 2u, sky), LIGHT_SAMPLED);
     let by_phase = select(0u, max(frame.candidates - by_light, 1u), sky);
     let scatters = by_light + by_phase > 0u && params.max_bounces > 0u;
-    let walks = clamp(by_light + by_phase, 1u, INITIAL_MOST);
-    var met = initial_walks(ray_new(view.origin, view.world), walks, &rng);
+    let walks = max(by_light + by_phase, 1u);
+    let ray = ray_new(view.origin, view.world);
+    let end = proxy_end(ray);
+    let whole = select(0.0, proxy_depth(ray, ray.t, end, 0.0), PROXY_EXACT && end > ray.t);
+    var state = Initial(ray.t, ray.t, 1.0, 1.0, 0.0, 0u, whole, 0.0);
+    var wanted = 1.0;
     var light_left = by_light;
     var kept = Reservoir();
     kept.path.film = VIEW_CENTRE;
     kept.path.omega = vec3f(0.0, 1.0, 0.0);
-    kept.path.t = met.elsewhere;
     kept.confidence = 1.0;
     var sum = 0.0;
     var onset = Onset();
     for (var i = 0u; i < walks; i++) {
-        let scattered = i < met.count;
-        let stop = met.stops[min(i, max(met.count, 1u) - 1u)];
+        // One traversal for all walks. Their distances come in order: the greatest of n uniform numbers is the n-th root of one.
+        wanted *= pow(rng_next(&rng), 1.0 / f32(walks - i));
+        let scattered = initial_reaches(&state, ray, end, wanted, &rng);
+        let mass = select(1.0, state.seen - state.after, scattered);
+        let share = clamp((state.seen - wanted) / mass, 0.0, 1.0);
+        let drawn = mass / (state.t - state.near);
         let lit = rng_next(&rng) * f32(walks - i) < f32(light_left);
         light_left -= select(0u, 1u, lit);
         let count = f32(select(by_phase, by_light, lit));
         var path = kept.path;
         path.kind = RESERVOIR_ESCAPE;
-        path.t = stop.t;
+        path.t = mix(state.near, state.t, share);
         let vertex = view.origin + ray_local(view.world) * path.t;
         if (REUSE_SECOND) {
-            let strength = select(0.0, target_density(vertex) * stop.seen, scattered);
-            onset_offer(&onset, path.t, strength, stop.density * f32(walks), rng_next(&rng));
+            let strength = select(0.0, target_density(vertex) * wanted, scattered);
+            onset_offer(&onset, path.t, strength, drawn * f32(walks), rng_next(&rng));
         }
         let drop = phase_drop(&rng);
         path.omega = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
-        var density = stop.density * count * phase_value(dot(view.world, path.omega));
+        var density = drawn * count * phase_value(dot(view.world, path.omega));
         if (LIGHT_SAMPLED && lit) {
             let sample = light_sample(vertex, &rng);
             path.kind = select(RESERVOIR_DELTA, RESERVOIR_BRIGHT, sample.pdf > 0.0);
             path.id = sample.id;
             path.omega = sample.direction;
-            density = stop.density * count * select(sample.share, sample.pdf, sample.pdf > 0.0);
+            density = drawn * count * select(sample.share, sample.pdf, sample.pdf > 0.0);
         }
         path.omega = reservoir_unfold(reservoir_fold(path.omega));
         let parts = target_parts(position, path);
         let strength = select(0.0, marched_strength(parts), scattered && scatters);
-        var aim = strength * max(stop.seen, TABLE_FLOOR) * marched_onward(parts, strength, MARCHED_FIRST);
+        var aim = strength * max(wanted, TABLE_FLOOR) * marched_onward(parts, strength, MARCHED_FIRST);
         if (!scattered) {
             path.kind = MARCHED_THROUGH;
-            path.t = met.elsewhere;
-            aim = marched_behind(view) * max(met.through, TABLE_FLOOR);
-            density = met.through * f32(walks);
+            aim = marched_behind(view) * max(state.after, TABLE_FLOOR);
+            density = state.after * f32(walks);
         }
         let w = select(0.0, aim / density, aim > 0.0 && density > 0.0 && aim < MATH_FAR);
         sum += w;
@@ -146,6 +134,7 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
             kept.aim = aim;
         }
     }
+    kept.path.t = select(kept.path.t, state.elsewhere, kept.path.kind == MARCHED_THROUGH);
     kept.weight = select(0.0, sum / kept.aim, kept.aim > 0.0);
     // From here on by the targets of reuse.
     kept.aim = aim_value(position, kept.path);

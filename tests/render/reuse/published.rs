@@ -63,7 +63,7 @@ fn errors_of_it_are_seen() {
         (
             "what gets through by no chance",
             "reuse_2021/initial",
-            "density = met.through * f32(walks);",
+            "density = state.after * f32(walks);",
             "density = f32(walks);",
         ),
         (
