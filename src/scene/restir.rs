@@ -1,8 +1,8 @@
 //! Settings of the modes that reuse paths.
 
-use super::{Mode, Scene};
 use super::row::{Effect, section};
 use super::value::choice;
+use super::{Mode, Scene};
 
 impl Mode {
     /// Whether pixels keep reservoirs.
