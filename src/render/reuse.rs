@@ -1,6 +1,7 @@
 //! Reuse of light paths over frames and neighbours: what each pixel keeps, and the passes of a frame (shaders/reuse).
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use crate::error::{Code, Error, Result};
 use crate::gpu::device::Gpu;
@@ -306,7 +307,9 @@ impl Reuse {
                 view_formats: &[],
             })
         };
-        let queries = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY).then(|| {
+        // Software drivers write timestamps before what they stand behind is done.
+        let stamps = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) && !gpu.is_software();
+        let queries = stamps.then(|| {
             let count = 2 * Pass::MOST as u32;
             let set = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("passes"),
@@ -546,6 +549,7 @@ impl Reuse {
                 (0..).zip(groups.into_iter().chain([&group])).for_each(|(i, g)| compute.set_bind_group(i, g, &[]));
                 compute.dispatch_workgroups(self.size.0.div_ceil(TILE), self.size.1.div_ceil(TILE), 1);
             };
+            let begin = Instant::now();
             dispatch(&mut encoder);
             if *pass == Pass::Suffix {
                 // Long paths go on in another dispatch; most frames have none.
@@ -560,6 +564,12 @@ impl Reuse {
                     behind = now;
                     dispatch(&mut encoder);
                 }
+            }
+            if self.timed && self.queries.is_none() {
+                let fresh = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                gpu.queue.submit([std::mem::replace(&mut encoder, fresh).finish()]);
+                gpu.wait()?;
+                *self.seconds.entry(pass.name()).or_default() += begin.elapsed().as_secs_f64();
             }
         }
         if let Some((set, resolved)) = self.queries.as_ref().filter(|_| !timed.is_empty()) {

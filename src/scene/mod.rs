@@ -13,7 +13,7 @@ pub mod text;
 pub mod value;
 
 use animation::Track;
-pub use restir::{History, Restir};
+pub use restir::{History, Mode, Restir};
 use row::{Effect, Layers, Row, Scale, Section, section};
 use value::{Auto, Bounds, Colour, FilePath, Limit, Matrix, Pair, Value, choice};
 
@@ -72,15 +72,6 @@ choice! {
         Rayleigh = "rayleigh", "Rayleigh", "Molecules: 3/(16π) · (1 + cos²θ).";
         Hg = "hg", "Henyey–Greenstein", "One lobe of mean cosine g.";
         TwoLobeHg = "two-lobe-hg", "Two-lobe HG", "A mixture of two Henyey–Greenstein lobes.";
-    }
-}
-
-choice! {
-    /// How the picture is made.
-    Mode {
-        Path = "path", "Path", "The unbiased path tracer; samples are independent.";
-        Restir = "restir", "Reuse", "Paths are resampled from frame to frame and from neighbours (ReSTIR); unbiased. Still pictures go on as in mode path.";
-        Restir2021 = "restir-2021", "Reuse, 2021", "Reuse as Lin, Wyman and Yuksel published it in 2021, to compare with: through pixel centres, without a lens. Biased while the camera moves.";
     }
 }
 
@@ -450,13 +441,6 @@ impl Volume {
         } else {
             Source::Cumulus { seed: self.seed, resolution: self.resolution }
         }
-    }
-}
-
-impl Scene {
-    /// Whether the picture is biased, and why.
-    pub fn bias(&self) -> Option<&'static str> {
-        self.integrator.mode.bias().or(self.tracking.bias())
     }
 }
 

@@ -1,8 +1,17 @@
 //! Settings of the modes that reuse paths.
 
+use super::Scene;
 use super::row::{Effect, section};
 use super::value::choice;
-use super::{Mode, Scene};
+
+choice! {
+    /// How the picture is made.
+    Mode {
+        Path = "path", "Path", "The unbiased path tracer; samples are independent.";
+        Restir = "restir", "Reuse", "Paths are resampled from frame to frame and from neighbours (ReSTIR); unbiased. Still pictures go on as in mode path.";
+        Restir2021 = "restir-2021", "Reuse, 2021", "Reuse as Lin, Wyman and Yuksel published it in 2021, to compare with: through pixel centres, without a lens. Biased while the camera moves.";
+    }
+}
 
 impl Mode {
     /// Whether pixels keep reservoirs.
@@ -36,6 +45,11 @@ impl Mode {
 }
 
 impl Scene {
+    /// Whether the picture is biased, and why.
+    pub fn bias(&self) -> Option<&'static str> {
+        self.integrator.mode.bias().or(self.tracking.bias())
+    }
+
     /// The settings of `[restir]` as the mode takes them: the method of 2021 leaves few to choose.
     pub fn resampling(&self) -> Restir {
         let own = self.restir.clone();
@@ -89,5 +103,32 @@ section! {
         permute: bool = false, label("Permute"), effect(Effect::Reuse);
         /// Frames that a history counts for right after medium or lights changed.
         edit_confidence: f64 = 1.0, label("After edits"), unit("frames"), range(0.0, 64.0), effect(Effect::Reuse);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_take_settings_that_there_are() {
+        let keys: Vec<&str> = Restir::ROWS.iter().map(|row| row.key).collect();
+        let taken = |mode: Mode| keys.iter().filter(|key| mode.takes(key)).count();
+        assert_eq!([Mode::Path, Mode::Restir, Mode::Restir2021].map(taken), [0, keys.len(), 4]);
+    }
+
+    #[test]
+    fn what_the_method_of_2021_does_not_take_changes_nothing() {
+        let mut scene = Scene::default();
+        scene.integrator.mode = Mode::Restir2021;
+        let usual = scene.resampling();
+        (scene.restir.cap, scene.restir.neighbours, scene.restir.still_cap) = (20, 7, 0);
+        (scene.restir.history, scene.restir.permute) = (History::Temporal, true);
+        assert_eq!(scene.resampling(), usual);
+        scene.restir.candidates = 9;
+        assert_eq!(scene.resampling().candidates, 9);
+        scene.integrator.mode = Mode::Restir;
+        assert_eq!(scene.resampling(), scene.restir);
+        assert!(scene.bias().is_none());
     }
 }

@@ -106,10 +106,13 @@ fn its_background_and_opacity_are_kept() {
     }
 }
 
+/// Something that changes a scene.
+type Edit<'a> = &'a dyn Fn(&mut Scene);
+
 #[test]
 fn it_forgets_all_paths_at_an_edit() {
     let Some(a) = adapter() else { return };
-    let last = |change: &dyn Fn(&mut Scene), forgets: bool| {
+    let last = |change: Edit, forgets: bool| {
         let mut scene = published(1);
         let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
         (0..3).for_each(|i| frame(&mut r, &scene, i == 0));
@@ -120,7 +123,7 @@ fn it_forgets_all_paths_at_an_edit() {
         frame(&mut r, &scene, false);
         r.sums().expect("a film").sum
     };
-    let edits: [(&str, &dyn Fn(&mut Scene)); 4] = [
+    let edits: [(&str, Edit); 4] = [
         ("g", &|s| s.medium.g = 0.6),
         ("density", &|s| s.medium.density_scale = nephele::scene::value::Auto::Is(3.0)),
         ("sun", &|s| s.lights[0] = sun(DVec3::Y, 1.0)),
