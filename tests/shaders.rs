@@ -118,7 +118,6 @@ fn with_tracking(variant: Variant, medium: &'static str, flight: &'static str, t
         .slot("proxy", if DENSE.contains(&medium) { PROXIES[0] } else { PROXIES[1] })
         .flag("REUSE", true)
         .flag("REUSE_SECOND", true)
-        .flag("CANDIDATES_MIXED", true)
         .slot("medium", medium)
         .slot("flight", flight)
         .slot("transmittance", transmittance)
@@ -447,7 +446,7 @@ fn slot_files_of_a_slot_declare_the_same_functions() {
             assert_eq!(signatures(file, wanted), first, "{file} against {}", files[0]);
         }
     }
-    let wanted: &[&str] = &["proxy_level", "proxy_end", "proxy_ends", "proxy_steps", "proxy_depth", "proxy_leg"];
+    let wanted: &[&str] = &["proxy_end", "proxy_finest", "proxy_coarsest", "proxy_depth"];
     assert_eq!(signatures(PROXIES[0], wanted), signatures(PROXIES[1], wanted));
     // Formulas alone have integrals. Estimators share functions through files of their folder, which linking checks.
     let first = signatures(ANALYTIC[0], &["medium_depth", "medium_invert"]);

@@ -13,8 +13,6 @@
 //!use film/film
 //!use film/pause
 
-@group(3) @binding(13) var suffix_table: texture_2d_array<u32>;
-
 const SUFFIX_STREAM: u32 = 0x2c1b3c6du;
 const SUFFIX_TRACK: u32 = 0u;
 const SUFFIX_SHADOW: u32 = 1u;
@@ -29,9 +27,9 @@ const SUFFIX_LIGHT_ROUNDS: u32 = 5u;
 
 // Offers a path to the reservoir; `inverse` is one over the density that drew it.
 fn suffix_offer(
-    pixel: vec2u, table: Table, kept: ptr<function, Reservoir>, sum: ptr<function, f32>, path: Path, inverse: f32, u: f32,
+    pixel: vec2u, camera: f32, kept: ptr<function, Reservoir>, sum: ptr<function, f32>, path: Path, inverse: f32, u: f32,
 ) {
-    let aim = target_value(pixel, table, path);
+    let aim = target_given(pixel, path, camera);
     let w = aim * inverse;
     let good = w > 0.0 && w < MATH_FAR;
     *sum += select(0.0, w, good);
@@ -243,16 +241,16 @@ fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
     }
 
     var kept = reservoir_unpack(near, reservoir_near[2u * pixel + 1u], vec4u(0u), vec4u(0u));
-    let table = frame_read(suffix_table, position);
+    let camera = target_camera(position, path.film, path.t);
     path.kind = select(RESERVOIR_DELTA_2, RESERVOIR_BRIGHT_2, lit_pdf > 0.0);
     path.omega = reservoir_unfold(reservoir_fold(lit_towards));
     path.value = lit;
-    suffix_offer(position, table, &kept, &sum, path, inverse / select(1.0, lit_pdf, lit_pdf > 0.0), rng_next(&rng));
+    suffix_offer(position, camera, &kept, &sum, path, inverse / select(1.0, lit_pdf, lit_pdf > 0.0), rng_next(&rng));
     path.kind = select(RESERVOIR_INSIDE_2, RESERVOIR_ESCAPE_2, escaped);
     path.omega = chosen;
     path.value = radiance;
     let around = phase_value(dot(before, chosen));
-    suffix_offer(position, table, &kept, &sum, path, inverse / max(around, 1e-30), rng_next(&rng));
+    suffix_offer(position, camera, &kept, &sum, path, inverse / max(around, 1e-30), rng_next(&rng));
     kept.weight = select(0.0, sum / kept.aim, kept.aim > 0.0);
     reservoir_store(pixel, kept);
     reservoir_far[2u * pixel + 1u].w = 1u;

@@ -312,7 +312,6 @@ impl Renderer {
             .flag("FILM_AOV", self.film.aov)
             .flag("FILM_COST", cost)
             .flag("REUSE", self.scene.integrator.mode.reuses())
-            .flag("CANDIDATES_MIXED", self.scene.camera.aperture_radius > 0.0 || self.medium.is_analytic())
             .flag("REUSE_SECOND", reuse::has_second(&self.scene))
             .count("TRACK_STEPS", steps)
             .count("PATH_MOST_ROUNDS", if self.gpu.is_software() { MOST_ROUNDS_SOFTWARE } else { MOST_ROUNDS });

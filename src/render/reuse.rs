@@ -46,7 +46,7 @@ const CATCH_UPS: u32 = 256;
 /// A pass of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Pass {
-    /// Tables of pixels, candidates of one scattering, the way to a second vertex.
+    /// Candidates of one scattering, the way to a second vertex.
     Candidates,
     /// Paths from the second vertex on.
     Suffix,
@@ -72,10 +72,7 @@ enum Bound {
     OtherNear = 10,
     OtherFar = 11,
     Pairs = 12,
-    Table = 13,
-    OldTable = 14,
-    NewTable = 15,
-    Frame = 16,
+    Frame = 13,
 }
 
 impl Pass {
@@ -95,17 +92,14 @@ impl Pass {
     }
 
     fn bound(self) -> &'static [Bound] {
-        use Bound::{
-            Counters, Far, FilmSquare, FilmSum, Frame, Near, NewTable, OldTable, OtherFar, OtherNear, Pairs, Paused,
-            Table,
-        };
+        use Bound::{Counters, Far, FilmSquare, FilmSum, Frame, Near, OtherFar, OtherNear, Pairs, Paused};
         match self {
-            Pass::Candidates => &[Near, Far, NewTable, Frame],
-            Pass::Suffix => &[Counters, Paused, Near, Far, Table, Frame],
-            Pass::Temporal => &[Near, Far, OtherNear, OtherFar, Table, OldTable, Frame],
-            Pass::Pair => &[Near, Far, Pairs, Table, Frame],
-            Pass::Merge => &[Near, Far, OtherNear, OtherFar, Pairs, Table, Frame],
-            Pass::Shade => &[FilmSum, FilmSquare, Counters, Near, Far, Table, Frame],
+            Pass::Candidates => &[Near, Far, Frame],
+            Pass::Suffix => &[Counters, Paused, Near, Far, Frame],
+            Pass::Temporal => &[Near, Far, OtherNear, OtherFar, Frame],
+            Pass::Pair => &[Near, Far, Pairs, Frame],
+            Pass::Merge => &[Near, Far, OtherNear, OtherFar, Pairs, Frame],
+            Pass::Shade => &[FilmSum, FilmSquare, Counters, Near, Far, Frame],
         }
     }
 
@@ -116,20 +110,6 @@ impl Pass {
             .map(|&bound| {
                 let binding = bound as u32;
                 match bound {
-                    Bound::Table | Bound::OldTable => pipeline::entry(
-                        binding,
-                        pipeline::texture(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D2Array),
-                    ),
-                    Bound::NewTable => wgpu::BindGroupLayoutEntry {
-                        binding,
-                        visibility: wgpu::ShaderStages::COMPUTE,
-                        ty: wgpu::BindingType::StorageTexture {
-                            access: wgpu::StorageTextureAccess::WriteOnly,
-                            format: wgpu::TextureFormat::Rgba32Uint,
-                            view_dimension: wgpu::TextureViewDimension::D2Array,
-                        },
-                        count: None,
-                    },
                     Bound::Frame => pipeline::entry(binding, pipeline::buffer(wgpu::BufferBindingType::Uniform)),
                     _ => pipeline::writable(binding),
                 }
@@ -177,20 +157,18 @@ struct Drawn {
     lights: Vec<GpuLight>,
 }
 
-/// Reservoirs and tables of all pixels, and how frames follow one another.
+/// Reservoirs of all pixels, and how frames follow one another.
 pub struct Reuse {
     size: (u32, u32),
     second: bool,
     near: [wgpu::Buffer; 2],
     far: [wgpu::Buffer; 2],
     pairs: wgpu::Buffer,
-    tables: [wgpu::Texture; 2],
     frame: wgpu::Buffer,
     /// The uniform of the frame before.
     previous: wgpu::Buffer,
     /// Which of the buffers the next frame writes first; the other holds the history.
     turn: usize,
-    table_turn: usize,
     number: u32,
     drawn: Option<Drawn>,
     keeps: u32,
@@ -242,18 +220,6 @@ impl Reuse {
                 mapped_at_creation: false,
             })
         };
-        let table = || {
-            gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("tables"),
-                size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 2 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba32Uint,
-                usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            })
-        };
         let queries = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY).then(|| {
             let count = 2 * Pass::ALL.len() as u32;
             let set = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
@@ -276,7 +242,6 @@ impl Reuse {
             near: [buffer("reservoirs", half), buffer("reservoirs", half)],
             far: [buffer("second vertices", far), buffer("second vertices", far)],
             pairs: buffer("pairs", 4 * pixels * u64::from(scene.restir.neighbours.max(1))),
-            tables: [table(), table()],
             frame: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("frame"),
                 size: size_of::<Frame>() as u64,
@@ -285,7 +250,6 @@ impl Reuse {
             }),
             previous,
             turn: 0,
-            table_turn: 0,
             number: 0,
             drawn: None,
             keeps: 0,
@@ -308,9 +272,7 @@ impl Reuse {
 
     /// Bytes on the adapter.
     pub fn bytes(&self) -> u64 {
-        let pixels = u64::from(self.size.0) * u64::from(self.size.1);
-        let buffers = self.near.iter().chain(&self.far).chain([&self.pairs]);
-        buffers.map(wgpu::Buffer::size).sum::<u64>() + 2 * HALF * pixels
+        self.near.iter().chain(&self.far).chain([&self.pairs]).map(wgpu::Buffer::size).sum()
     }
 
     /// The lights of the frame before, which follow those of the next in the list.
@@ -389,15 +351,8 @@ impl Reuse {
         layout: &wgpu::BindGroupLayout,
         merged: bool,
     ) -> wgpu::BindGroup {
-        let view = |t: &wgpu::Texture| {
-            t.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(wgpu::TextureViewDimension::D2Array),
-                ..Default::default()
-            })
-        };
         // Shading reads what the last pass wrote.
         let own = if pass == Pass::Shade && merged { 1 - self.turn } else { self.turn };
-        let tables = [view(&self.tables[self.table_turn]), view(&self.tables[1 - self.table_turn])];
         let entries: Vec<wgpu::BindGroupEntry> = pass
             .bound()
             .iter()
@@ -412,8 +367,6 @@ impl Reuse {
                     Bound::OtherNear => self.near[1 - own].as_entire_binding(),
                     Bound::OtherFar => self.far[1 - own].as_entire_binding(),
                     Bound::Pairs => self.pairs.as_entire_binding(),
-                    Bound::Table | Bound::NewTable => wgpu::BindingResource::TextureView(&tables[0]),
-                    Bound::OldTable => wgpu::BindingResource::TextureView(&tables[1]),
                     Bound::Frame => self.frame.as_entire_binding(),
                 };
                 wgpu::BindGroupEntry { binding: bound as u32, resource }
@@ -519,7 +472,6 @@ impl Reuse {
         if !keep_merged {
             self.turn = 1 - self.turn;
         }
-        self.table_turn = 1 - self.table_turn;
         Ok(())
     }
 }
