@@ -30,7 +30,9 @@ fn present_vertex(@builtin(vertex_index) index: u32) -> PresentVertex {
 fn present_named(uv: vec2f) -> vec3f {
     let size = vec2f(textureDimensions(present_picture));
     let number = textureLoad(present_picture, vec2u(clamp(uv * size, vec2f(0.0), size - 1.0)), 0).a;
-    var colours = array<vec3f, 4>(vec3f(0.0, 0.0, 0.0), vec3f(0.0, 114.0, 178.0), vec3f(230.0, 159.0, 0.0), vec3f(240.0, 228.0, 66.0));
+    var colours = array<vec3f, 4>(
+        vec3f(0.0, 0.0, 0.0), vec3f(0.0, 114.0, 178.0), vec3f(230.0, 159.0, 0.0), vec3f(240.0, 228.0, 66.0),
+    );
     return select(colours[u32(clamp(number, 0.0, 3.0))] / 255.0, PRESENT_UNKNOWN, number < 0.0);
 }
 

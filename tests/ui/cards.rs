@@ -255,7 +255,8 @@ fn the_word_on_trust_names_the_settings() {
     let word = harness.get_by_label("biased: 2 settings");
     assert_eq!(word.accesskit_node().description().as_deref(), Some(tip), "for screen readers");
     word.hover();
-    harness.run();
+    // Longer than a tooltip takes to come.
+    harness.run_steps(60);
     assert!(harness.query_by_label_contains("Free flight: ray marching").is_some(), "under the pointer");
 }
 

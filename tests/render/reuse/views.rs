@@ -9,10 +9,10 @@ use nephele::scene::{History, Overlay};
 /// Overlays of reservoirs.
 const VIEWS: [Overlay; 4] = [Overlay::Confidence, Overlay::Age, Overlay::Source, Overlay::Weight];
 
-/// A cloud with much sky round it.
+/// A cloud with some sky round it.
 fn scene(change: impl Fn(&mut nephele::scene::Restir)) -> Scene {
     let mut scene = sunny(2);
-    scene.camera.fov_y = 60.0;
+    scene.camera.fov_y = 24.0;
     (scene.restir.cap, scene.restir.reach) = (3, 2);
     change(&mut scene.restir);
     scene
@@ -121,7 +121,7 @@ fn ages_sources_and_weights_are_plausible() {
         let shares = [0, 1, 2].map(share);
         let old = holding.iter().filter(|kept| kept.age() > 0).count() as f64 / holding.len() as f64;
         if drawn == 1 {
-            assert!(shares[1] == 0.0 && old == 0.0 && shares[0] > 0.3 && shares[2] > 0.2, "{shares:?}");
+            assert!(shares[1] == 0.0 && old == 0.0 && shares[0] > 0.3 && shares[2] > 0.1, "{shares:?}");
         } else {
             assert!(shares.iter().all(|s| *s > 0.05) && shares[1] > shares[0] && old > 0.5, "{shares:?} {old}");
         }
