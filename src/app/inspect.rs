@@ -220,6 +220,25 @@ mod tests {
     }
 
     #[test]
+    fn what_a_pixel_keeps_is_listed_where_it_keeps_something() {
+        let mut patch = patch();
+        let word = f32::to_bits;
+        // W = 3, target 0.5, of a neighbour, drawn 7 frames ago, for 18 samples.
+        let kept: [u32; 8] = [0, 0, word(3.0), word(0.5), 0, 0, 1 | (2 << 4) | (7 << 8), word(18.0)];
+        patch.sums.reservoirs = bytemuck::cast_slice(&[kept, [0; 8], [0; 8], [0; 8]]).to_vec();
+        let lines = |pixel| lines(&patch, pixel, &Display::default());
+        for (caption, text) in [
+            ("Confidence", "18.00 samples"),
+            ("Path age", "7.000 frames"),
+            ("Path source", "neighbour"),
+            ("Path weight", "1.500"),
+        ] {
+            assert_eq!(value(&lines((0, 0)), caption).as_deref(), Some(text));
+            assert_eq!(value(&lines((1, 0)), caption), None, "nothing is kept there");
+        }
+    }
+
+    #[test]
     fn what_is_not_finite_is_flagged() {
         let display = Display::default();
         for (pixel, flagged) in [((0, 0), false), ((1, 0), true), ((1, 1), true)] {

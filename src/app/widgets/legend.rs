@@ -42,19 +42,23 @@ impl Legend<'_> {
     pub fn show(&self, ui: &mut Ui, place: Rect) {
         let at = place.left_top() + vec2(size::PADDING, size::PADDING);
         let area = egui::Area::new(egui::Id::unique("legend")).order(egui::Order::Middle).fixed_pos(at);
-        let named = self.range.is_some() && !self.names.is_empty();
         area.interactable(false).show(ui.ctx(), |ui| {
-            card(Theme::of(ui)).show(ui, |ui| if named { self.patches(ui) } else { self.bar(ui) })
+            card(Theme::of(ui)).show(ui, |ui| if self.names.is_empty() { self.bar(ui) } else { self.patches(ui) })
         });
     }
 
     fn patches(&self, ui: &mut Ui) {
         let theme = Theme::of(ui);
-        let rows = self.names.len().div_ceil(COLUMNS);
-        let (rect, response) = ui.allocate_exact_size(vec2(WIDTH, (1 + rows) as f32 * LINE), Sense::hover());
+        let waits = self.range.is_none();
+        let rows = 1 + self.names.len().div_ceil(COLUMNS) + usize::from(waits);
+        let (rect, response) = ui.allocate_exact_size(vec2(WIDTH, rows as f32 * LINE), Sense::hover());
         let names: Vec<&str> = self.names.iter().map(|(name, _)| *name).collect();
-        let all = format!("{}: {}", self.name, names.join(", "));
+        let all = format!("{}: {}", self.name, if waits { self.waits.to_owned() } else { names.join(", ") });
         response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &all));
+        if waits {
+            let at = pos2(rect.left(), rect.bottom() - LINE / 2.0);
+            text_at(ui, at, Align2::LEFT_CENTER, self.waits, Type::Small, theme.text2);
+        }
         let title = pos2(rect.left(), rect.top() + LINE / 2.0);
         text_at(ui, title, Align2::LEFT_CENTER, self.name, Type::SmallValue, theme.text);
         for (i, (name, [r, g, b])) in self.names.iter().enumerate() {
