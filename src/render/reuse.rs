@@ -170,6 +170,8 @@ pub struct Reuse {
     /// Which of the buffers the next frame writes first; the other holds the history.
     turn: usize,
     number: u32,
+    /// Which of the buffers the last frame of the picture shaded.
+    shaded: Option<usize>,
     drawn: Option<Drawn>,
     keeps: u32,
     edited: bool,
@@ -251,6 +253,7 @@ impl Reuse {
             previous,
             turn: 0,
             number: 0,
+            shaded: None,
             drawn: None,
             keeps: 0,
             edited: false,
@@ -278,6 +281,16 @@ impl Reuse {
     /// The lights of the frame before, which follow those of the next in the list.
     pub fn old_lights(&self) -> &[GpuLight] {
         self.drawn.as_ref().map_or(&[], |d| &d.lights)
+    }
+
+    /// The reservoirs that the last frame shaded, since [`Reuse::clear_shaded`].
+    pub fn shaded(&self) -> Option<&wgpu::Buffer> {
+        self.shaded.map(|i| &self.near[i])
+    }
+
+    /// A picture begins, of which no frame has been shaded; what the next one starts from stays.
+    pub fn clear_shaded(&mut self) {
+        self.shaded = None;
     }
 
     /// Forgets all paths.
@@ -315,7 +328,7 @@ impl Reuse {
             tone_map: 0,
             overlay_low: 0.0,
             overlay_high: 0.0,
-            overlay_log: 0,
+            overlay_scale: 0,
             ..*p
         };
         let still =
@@ -343,6 +356,11 @@ impl Reuse {
         frame
     }
 
+    /// The buffer that the last pass before shading writes.
+    fn last_written(&self, merged: bool) -> usize {
+        if merged { 1 - self.turn } else { self.turn }
+    }
+
     fn group(
         &self,
         gpu: &Gpu,
@@ -351,8 +369,7 @@ impl Reuse {
         layout: &wgpu::BindGroupLayout,
         merged: bool,
     ) -> wgpu::BindGroup {
-        // Shading reads what the last pass wrote.
-        let own = if pass == Pass::Shade && merged { 1 - self.turn } else { self.turn };
+        let own = if pass == Pass::Shade { self.last_written(merged) } else { self.turn };
         let entries: Vec<wgpu::BindGroupEntry> = pass
             .bound()
             .iter()
@@ -468,6 +485,7 @@ impl Reuse {
                 *self.seconds.entry(pass.name()).or_default() += pair[1].saturating_sub(pair[0]) as f64 * period;
             }
         }
+        self.shaded = shown.map(|_| self.last_written(neighbours > 0));
         let keep_merged = picture.scene.restir.history == History::Spatial && neighbours > 0;
         if !keep_merged {
             self.turn = 1 - self.turn;

@@ -14,6 +14,7 @@ mod ensemble;
 mod light;
 mod motion;
 mod planted;
+mod views;
 
 use ensemble::{Course, Stage};
 
