@@ -12,11 +12,12 @@ use crate::io::picture::{self, Metadata};
 use crate::render::Renderer;
 use crate::render::film::Sums;
 use crate::render::heat;
-use crate::scene::Scene;
+use crate::scene::{Bias, Scene};
 
 /// The statistics that a picture has wherever it was made; `samples` of each pixel.
 pub fn stats(renderer: &Renderer, sums: &Sums, samples: u64) -> Value {
     let (scene, medium) = (&renderer.scene, &renderer.medium);
+    let biases = scene.biases();
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "adapter": renderer.gpu.info.name,
@@ -27,7 +28,7 @@ pub fn stats(renderer: &Renderer, sums: &Sums, samples: u64) -> Value {
         "seed": scene.integrator.seed,
         "mode": scene.integrator.mode.name(),
         "paths": sums.square.iter().map(|s| s[3]).sum::<f64>() as u64,
-        "relative_error": sums.relative_error(),
+        "relative_error": sums.relative_error().filter(|_| !renderer.is_correlated()),
         "bytes": {
             "volume": medium.volume_bytes,
             "majorant": medium.majorant_bytes,
@@ -37,8 +38,8 @@ pub fn stats(renderer: &Renderer, sums: &Sums, samples: u64) -> Value {
         "cell": medium.cell,
         "density_scale": medium.density_scale(scene),
         "majorant_seconds": medium.majorant_seconds,
-        "biased": scene.bias().is_some(),
-        "bias": scene.bias(),
+        "biased": !biases.is_empty(),
+        "bias": (!biases.is_empty()).then(|| Bias::whys(&biases)),
     })
 }
 
@@ -58,8 +59,11 @@ pub fn overlay(path: &Path, sums: &Sums, scene: &Scene, stats: &mut Value) -> Re
         "low": range.low,
         "median": range.median,
         "high": range.high,
-        "logarithmic": look.log,
+        "logarithmic": look.is_log(),
     });
+    if !look.names().is_empty() {
+        stats["overlay"]["names"] = look.names().iter().map(|(name, _)| *name).collect();
+    }
     // Its colours are what the screen shall show.
     write(path, &image, scene, stats, &Display { exposure: 0.0, tone_map: ToneMap::Linear })?;
     Ok(true)

@@ -59,7 +59,7 @@ const SLOTS: [(&str, &[&str]); 8] = [
     ("aim", &AIMS),
 ];
 /// What a path is worth, to mode "restir" and to "restir-2021".
-const AIMS: [&str; 2] = ["aim/table", "aim/marched"];
+const AIMS: [&str; 2] = ["aim/sighted", "aim/marched"];
 /// The density from afar, of voxels and of formulas.
 const PROXIES: [&str; 2] = ["proxy/dense", "proxy/analytic"];
 /// Files of slot `medium` for voxels, and for formulas.
@@ -122,7 +122,6 @@ fn with_tracking(variant: Variant, medium: &'static str, flight: &'static str, t
         .slot("aim", AIMS[0])
         .flag("REUSE", true)
         .flag("REUSE_SECOND", true)
-        .flag("CANDIDATES_MIXED", true)
         .slot("medium", medium)
         .slot("flight", flight)
         .slot("transmittance", transmittance)
@@ -451,7 +450,7 @@ fn slot_files_of_a_slot_declare_the_same_functions() {
             assert_eq!(signatures(file, wanted), first, "{file} against {}", files[0]);
         }
     }
-    let wanted: &[&str] = &["proxy_level", "proxy_end", "proxy_ends", "proxy_steps", "proxy_depth", "proxy_leg"];
+    let wanted: &[&str] = &["proxy_end", "proxy_finest", "proxy_coarsest", "proxy_depth"];
     assert_eq!(signatures(PROXIES[0], wanted), signatures(PROXIES[1], wanted));
     assert_eq!(signatures(AIMS[0], &["aim_value"]), signatures(AIMS[1], &["aim_value"]));
     // Formulas alone have integrals. Estimators share functions through files of their folder, which linking checks.

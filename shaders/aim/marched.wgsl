@@ -7,7 +7,6 @@
 //!slot spectrum
 //!use light/light
 //!use reuse/view
-//!use reuse/table
 //!use reuse/reservoir
 //!use reuse/target
 
@@ -23,6 +22,12 @@ const MARCHED_FIRST: vec2f = vec2f(1.0, 3.0);
 
 const MARCHED_MOST: u32 = 2048u;   // steps of a leg, a guard
 const MARCHED_DEEP: f32 = 12.0;    // optical depth beyond which nothing is seen
+const MARCHED_FLOOR: f32 = 1e-5;   // least transmittance of a target: no path may be impossible
+
+// Transmittance of an optical depth of the strongest channel, channels averaged.
+fn marched_mean(depth: f32) -> f32 {
+    return spectrum_mean(exp(-spectrum_extinction() * depth));
+}
 
 fn marched_luminance(v: vec3f) -> f32 {
     return dot(abs(v), vec3f(0.2126, 0.7152, 0.0722));
@@ -31,7 +36,7 @@ fn marched_luminance(v: vec3f) -> f32 {
 // Transmittance from `ray.t` to `far` from afar, channels averaged.
 fn marched_seen(ray: Ray, far: f32, look: vec2f) -> f32 {
     if (PROXY_EXACT) {
-        return max(table_mean(select(0.0, proxy_depth(ray, ray.t, far, look.x), far > ray.t)), TABLE_FLOOR);
+        return max(marched_mean(select(0.0, proxy_depth(ray, ray.t, far, look.x), far > ray.t)), MARCHED_FLOOR);
     }
     let level = min(look.x, params.proxy_last);
     let step = look.y / (params.proxy_inv_cell * math_max3(abs(ray.direction)));
@@ -46,7 +51,7 @@ fn marched_seen(ray: Ray, far: f32, look: vec2f) -> f32 {
         depth += proxy_depth(ray, t, next, level);
         t = next;
     }
-    return max(table_mean(depth), TABLE_FLOOR);
+    return max(marched_mean(depth), MARCHED_FLOOR);
 }
 
 // What a pixel sees that looks through the medium, but for the transmittance.

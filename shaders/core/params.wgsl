@@ -54,9 +54,9 @@ struct Params {
     profile: vec3f,             // analytic media: gradient of the affine function behind the density, local space
     profile_offset: f32,        // its value at the origin
     step: f32,                  // step of ray marching, world units
-    overlay_low: f32,           // ends of the overlay's colours, as logarithms (base 2) where `overlay_log` is not 0
+    overlay_low: f32,           // ends of the overlay's colours, as logarithms (base 2) where its scale is one
     overlay_high: f32,
-    overlay_log: u32,
+    overlay_scale: u32,         // how its values become colours: `Scale` in src/render/heat.rs
     inv_proxy: vec3f,           // one over the sides of the density from afar (slot @proxy), local units
     proxy_inv_cell: f32,        // one over the side of its finest cells
     proxy_last: f32,            // its coarsest level

@@ -1,6 +1,7 @@
 // From sums to the picture that is shown: mean radiance in rgb, and what the overlay asks for in a; negative where that is
 // not known. A few pixels of it are also kept by themselves, so that the range of the overlay costs a small readback.
 //!use core/params
+//!use reuse/reservoir
 
 @group(1) @binding(0) var<storage, read> resolve_sum: array<vec4f>;
 @group(1) @binding(1) var<storage, read> resolve_square: array<vec4f>;
@@ -17,6 +18,10 @@ const RESOLVE_LOOKUPS: u32 = 3u;
 const RESOLVE_STEPS: u32 = 4u;
 const RESOLVE_NULL_SHARE: u32 = 5u;
 const RESOLVE_PATH_LENGTH: u32 = 6u;
+const RESOLVE_CONFIDENCE: u32 = 7u;
+const RESOLVE_AGE: u32 = 8u;
+const RESOLVE_SOURCE: u32 = 9u;
+const RESOLVE_WEIGHT: u32 = 10u;
 const RESOLVE_UNKNOWN: f32 = -1.0;
 const RESOLVE_MAX: f32 = 65000.0;  // the largest value that the 16-bit picture holds, about
 const RESOLVE_SPARSE: u32 = 64u;   // pixels along a side that are kept by themselves, at most
@@ -46,6 +51,31 @@ fn resolve_counted(pixel: u32) -> f32 {
     }
 }
 
+// Of the reservoir that was shaded last; not known where there is none. `Reservoir` in src/render/reservoir.rs.
+fn resolve_kept(pixel: u32) -> f32 {
+    if (2u * pixel + 2u > arrayLength(&reservoir_near)) {
+        return RESOLVE_UNKNOWN;
+    }
+    let kept = reservoir_unpack(reservoir_near[2u * pixel], reservoir_near[2u * pixel + 1u], vec4u(0u), vec4u(0u));
+    let holds = kept.aim > 0.0;
+    var value = 0.0;
+    switch params.overlay {
+        case RESOLVE_CONFIDENCE: {
+            value = kept.confidence;
+        }
+        case RESOLVE_AGE: {
+            value = select(RESOLVE_UNKNOWN, f32(kept.age), holds);
+        }
+        case RESOLVE_SOURCE: {
+            value = select(0.0, 1.0 + f32(kept.origin), holds);
+        }
+        default: {
+            value = select(0.0, kept.weight * kept.aim, holds);
+        }
+    }
+    return select(RESOLVE_UNKNOWN, value, kept.confidence > 0.0);
+}
+
 @compute @workgroup_size(8, 8)
 fn resolve_main(@builtin(global_invocation_id) id: vec3u) {
     params = params_uniform;
@@ -66,6 +96,8 @@ fn resolve_main(@builtin(global_invocation_id) id: vec3u) {
         extra = square.w;
     } else if (params.overlay >= RESOLVE_LOOKUPS && params.overlay <= RESOLVE_PATH_LENGTH) {
         extra = resolve_counted(pixel);
+    } else if (params.overlay >= RESOLVE_CONFIDENCE && params.overlay <= RESOLVE_WEIGHT) {
+        extra = resolve_kept(pixel);
     }
     textureStore(resolve_picture, id.xy, vec4f(min(mean, vec3f(RESOLVE_MAX)), min(extra, RESOLVE_MAX)));
     // The first pixel of each of the blocks that the picture is cut into.

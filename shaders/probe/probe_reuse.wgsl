@@ -1,9 +1,10 @@
 // Reuse: shift maps, pairs, reservoirs in memory, tables and targets. `slice.first_group` says which.
 //!use probe/probe
+//!use reuse/table
 //!use reuse/pair
 //!use core/ray
 
-const PROBE_REUSE_STEPS: u32 = 4096u;  // of an integral
+const PROBE_REUSE_STEPS: u32 = 1024u;  // of an integral
 
 // A path drawn for tests, of any kind.
 fn probe_reuse_path(rng: ptr<function, Rng>) -> Path {
@@ -64,28 +65,40 @@ fn probe_reuse_pack(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     );
 }
 
-// A pixel's table: ∫ of the density of distances; the share lost before a drawn distance against the number that drew it; and
-// whether distances reach a random point in the medium that one of the pixel's rays meets (1: they do not).
+// A ray's table: ∫ of the density of distances, told by drawing them evenly; the share lost before a drawn distance against
+// the number that drew it; the transmittance to it against that of the leg; and whether distances reach a random point in the
+// medium (1: they do not).
 fn probe_reuse_table(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let position = vec2u(i % params.width, i / params.width);
-    let centre = view_ray(position, VIEW_CENTRE);
-    let table = table_unpack(table_build(ray_new(centre.origin, centre.world), 1.0));
-    let step = (table.far - table.near) / f32(PROBE_REUSE_STEPS);
+    let film = rng_bits(rng);
+    let view = view_ray(position, film);
+    let ray = ray_new(view.origin, view.world);
+    table_build(ray);
+    let u = rng_next(rng);
+    let drawn = table_sample(u);
+    let lost = (1.0 - drawn.transmittance) / max(table_opacity(), 1e-9);
+    // The density is the slope of what draws: dt/du · density = 1.
+    let step = 1e-3;
+    let on = table_sample(min(u + step, 0.9999));
     var sum = 0.0;
     for (var k = 0u; k < PROBE_REUSE_STEPS; k++) {
-        sum += table_density(table, table.near + (f32(k) + 0.5) * step) * step;
+        let a = table_sample((f32(k) + 0.25) / f32(PROBE_REUSE_STEPS));
+        let b = table_sample((f32(k) + 0.75) / f32(PROBE_REUSE_STEPS));
+        sum += (b.t - a.t) * 0.5 * (a.density + b.density);
     }
-    let u = rng_next(rng);
-    let lost = (1.0 - table_transmittance(table, table_sample(table, u))) / max(table.opacity, 1e-9);
-    let view = view_ray(position, rng_bits(rng));
-    let ray = ray_new(view.origin, view.world);
+    let leg = target_camera(position, film, drawn.t);
     let t = mix(ray.t, ray.exit, rng_next(rng));
     let density = select(0.0, target_density(ray_at(ray, t)), ray.exit > ray.t);
-    let missed = density > 0.0 && !(table_density(table, t) > 0.0);
-    let any = select(0.0, 1.0, table_any(table));
+    var k = 1u;
+    while (k < table_count && table_t[k] < t) {
+        k += 1u;
+    }
+    let outside = t < table_t[0] || t > table_t[table_count];
+    let missed = density > 0.0 && (outside || !(table_grey[k] > table_grey[k - 1u]));
+    let any = select(0.0, 1.0, table_any());
     return array<vec4f, 2>(
-        vec4f(sum, select(0.0, lost - u, table.opacity > 0.01), any, table.opacity),
-        vec4f(density, select(0.0, density, missed), t, 0.0),
+        vec4f(2.0 * sum, select(0.0, lost - u, table_opacity() > 0.01), any, leg / drawn.transmittance - 1.0),
+        vec4f(density, select(0.0, density, missed), t, on.t - drawn.t),
     );
 }
 
@@ -94,23 +107,41 @@ fn probe_reuse_leg(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let origin = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
     let target_point = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
     let ray = ray_new(origin, normalize(view_world(target_point - origin)));
-    let leg = proxy_leg(ray, ray.exit, PROXY_ENDLESS);
+    let leg = leg_march(ray, ray.exit);
     let t = ray.exit * rng_next(rng);
     let density = target_density(ray_at(ray, t));
-    return array<vec4f, 2>(vec4f(density, select(0.0, density, t > leg.end), t, leg.end), vec4f(0.0));
+    let outside = t < leg.start || t > leg.end;
+    return array<vec4f, 2>(vec4f(density, select(0.0, density, outside), t, leg.end), vec4f(f32(leg.looks), leg.depth, 0.0, 0.0));
+}
+
+// The flight that a number draws along a leg: the transmittance to it from afar, against the number; and its density against the
+// slope of flights.
+fn probe_reuse_flight(rng: ptr<function, Rng>) -> array<vec4f, 2> {
+    let origin = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
+    let target_point = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
+    let ray = ray_new(origin, normalize(view_world(target_point - origin)));
+    let u = 0.999 * rng_next(rng);
+    let all = leg_march(ray, ray.exit);
+    let flight = leg_flight(ray, ray.exit, true, u);
+    let step = 1e-3 * (1.0 - u);
+    let on = leg_flight(ray, ray.exit, true, u + step);
+    let misses = flight.met != (1.0 - exp(-all.grey) > u);
+    let slope = (on.t - flight.t) * 0.5 * (flight.density + on.density) / step;
+    return array<vec4f, 2>(
+        vec4f(select(0.0, 1.0, misses), select(0.0, slope - 1.0, flight.met && on.met), 0.0, 0.0),
+        vec4f(flight.t, all.grey, 0.0, 0.0),
+    );
 }
 
 // A target, and whether its path carries light.
 fn probe_reuse_target(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let position = vec2u(i % params.width, i / params.width);
-    let centre = view_ray(position, VIEW_CENTRE);
-    let table = table_unpack(table_build(ray_new(centre.origin, centre.world), 1.0));
     var path = probe_reuse_path(rng);
     let view = view_ray(position, path.film);
     let ray = ray_new(view.origin, view.world);
     path.t = mix(ray.t, ray.exit, rng_next(rng));
     let parts = target_parts(position, path);
-    let aim = target_value(position, table, path);
+    let aim = target_value(position, path);
     return array<vec4f, 2>(vec4f(aim, math_max3(parts.value), 0.0, 0.0), vec4f(parts.value, path.t));
 }
 
@@ -129,6 +160,7 @@ fn probe_reuse_main(@builtin(global_invocation_id) id: vec3u) {
         case 2u: { values = probe_reuse_pack(&rng); }
         case 3u: { values = probe_reuse_table(id.x, &rng); }
         case 4u: { values = probe_reuse_leg(&rng); }
+        case 5u: { values = probe_reuse_flight(&rng); }
         default: { values = probe_reuse_target(id.x, &rng); }
     }
     probe_out[2u * id.x] = values[0];

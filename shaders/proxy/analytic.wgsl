@@ -1,16 +1,13 @@
 // Slot @proxy: analytic media are known exactly, from afar too.
 //!use core/params
 //!use core/ray
-//!use proxy/leg
 //!slot medium
 
 const PROXY_EXACT: bool = true;
+const PROXY_ENDLESS: f32 = 1e6;  // stands for an endless optical depth; small enough to be multiplied by 0
 const PROXY_DEEP: f32 = 24.0;    // optical depth beyond which nothing is seen
 const PROXY_REST: f32 = 1e-6;    // share of the depth of an endless ray that is left away
-
-fn proxy_level(size: f32) -> f32 {
-    return 0.0;
-}
+const PROXY_PARTS: f32 = 64.0;   // of a ray, at the finest
 
 // Where there is nothing more to look for along a ray: infinite boxes have no other end.
 fn proxy_end(ray: Ray) -> f32 {
@@ -20,25 +17,17 @@ fn proxy_end(ray: Ray) -> f32 {
     return min(max(end, ray.t), ray.exit);
 }
 
-// Where rays begin and end to meet the medium: candidates do not count on it (CANDIDATES_MIXED).
-fn proxy_ends(ray: Ray, aside: f32) -> vec2f {
-    return vec2f(ray.t, proxy_end(ray));
+// How much of a ray, up to `far`, the finest look stands for.
+fn proxy_finest(ray: Ray, far: f32) -> f32 {
+    return max(far - ray.t, 0.0) / PROXY_PARTS;
 }
 
-// Even steps from `a` to `b`: the least.
-fn proxy_steps(ray: Ray, a: f32, b: f32, least: f32) -> f32 {
-    return least;
+// The coarsest level: each has looks twice as long as the one before.
+fn proxy_coarsest() -> f32 {
+    return 6.0;
 }
 
 // Optical depth of the strongest channel from `a` to `b`.
 fn proxy_depth(ray: Ray, a: f32, b: f32, level: f32) -> f32 {
     return min(medium_depth(ray, a, b) * params.sigma, PROXY_ENDLESS);
-}
-
-// From the ray's `t` to `far`, and where the optical depth reaches `wanted`.
-fn proxy_leg(ray: Ray, far: f32, wanted: f32) -> ProxyLeg {
-    let depth = select(0.0, proxy_depth(ray, ray.t, far, 0.0), far > ray.t);
-    let met = depth > wanted;
-    let t = clamp(medium_invert(ray, ray.t, wanted / params.sigma), ray.t, max(far, ray.t));
-    return ProxyLeg(depth, met, t, medium_density(ray_at(ray, t)) * params.sigma, far, 0u);
 }

@@ -1,35 +1,15 @@
-// First pass of a frame: the table of each pixel's ray; candidates for paths of one scattering, one of which is kept
-// (resampled importance sampling, Talbot 2005); and the way to a second vertex, from where reuse/suffix goes on.
+// First pass of a frame: candidates for paths of one scattering, one of which is kept (resampled importance sampling, Talbot
+// 2005); and the way to a second vertex, from where reuse/suffix goes on.
 //!use core/params
 //!use core/rng
 //!use core/math
 //!use core/ray
+//!use reuse/table
 //!use reuse/target
 //!use reuse/frame
 //!use reuse/onset
 
-@group(3) @binding(15) var candidates_table: texture_storage_2d_array<rgba32uint, write>;
-
 const CANDIDATES_STREAM: u32 = 0x68bc21ebu;  // tells its random numbers from other passes'
-const CANDIDATES_UNIFORM: f32 = 0.25;        // share of distances drawn evenly where the table may miss what a ray meets:
-                                             // a lens blurs the pixel's rays, a formula's box has sharp edges
-
-// A distance along the ray and its density.
-fn candidates_distance(table: Table, ray: Ray, u: f32) -> vec2f {
-    var t = table_sample(table, u);
-    var density = table_density(table, t);
-    if (CANDIDATES_MIXED) {
-        let length = max(proxy_end(ray) - ray.t, 0.0);
-        let evenly = u < CANDIDATES_UNIFORM;
-        let rest = clamp(u / CANDIDATES_UNIFORM, 0.0, 1.0);
-        let other = table_sample(table, clamp((u - CANDIDATES_UNIFORM) / (1.0 - CANDIDATES_UNIFORM), 0.0, 1.0));
-        t = select(other, ray.t + length * rest, evenly);
-        let inside = t >= ray.t && t <= ray.t + length;
-        density = (1.0 - CANDIDATES_UNIFORM) * table_density(table, t);
-        density += select(0.0, CANDIDATES_UNIFORM / max(length, 1e-30), inside);
-    }
-    return vec2f(t, density);
-}
 
 @compute @workgroup_size(8, 8)
 fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
@@ -43,17 +23,10 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
     let frame = frame_uniform;
     var rng = rng_start(pixel, frame.frame, params.seed ^ CANDIDATES_STREAM);
 
-    let centre = view_ray(position, VIEW_CENTRE);
-    let words = table_build(ray_new(centre.origin, centre.world), 1.0);
-    textureStore(candidates_table, position, 0, words[0]);
-    textureStore(candidates_table, position, 1, words[1]);
-    let table = table_unpack(words);
-
     let film = rng_bits(&rng);
     let view = view_ray(position, film);
     let ray = ray_new(view.origin, view.world);
-    // Distances are drawn by the film sample's own ray; the target stays the pixel's.
-    let own_table = table_unpack(table_build(ray, 0.0));
+    table_build(ray);
     var kept = Reservoir();
     kept.path.film = film;
     kept.path.omega = vec3f(0.0, 1.0, 0.0);
@@ -61,36 +34,35 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
     var sum = 0.0;
     // For paths that go on, one of the distances by what is there.
     var onset = Onset();
-    let any = table_any(own_table) || CANDIDATES_MIXED;
 
     // Light samples and, where scattering may find light, phase samples: each kind has its own stretches of the table.
     let sky = LIGHT_HAS_MAP || LIGHT_HAS_DISC || math_max3(params.constant_radiance) > 0.0;
     let by_light = select(0u, select(frame.candidates, (frame.candidates + 1u) / 2u, sky), LIGHT_SAMPLED);
     let by_phase = select(0u, max(frame.candidates - by_light, 1u), sky);
-    let all = select(0u, by_light + by_phase, any && params.max_bounces > 0u);
+    let all = select(0u, by_light + by_phase, table_any() && params.max_bounces > 0u);
     for (var i = 0u; i < all; i++) {
         let lit = i < by_light;
         let place = select(i - by_light, i, lit);
         let count = f32(select(by_phase, by_light, lit));
-        let distance = candidates_distance(own_table, ray, (f32(place) + rng_next(&rng)) / count);
-        var path = Path(RESERVOIR_ESCAPE, 0u, film, distance.x, vec3f(0.0), vec3f(0.0), vec3f(0.0));
+        let drawn = table_sample((f32(place) + rng_next(&rng)) / count);
+        var path = Path(RESERVOIR_ESCAPE, 0u, film, drawn.t, vec3f(0.0), vec3f(0.0), vec3f(0.0));
         let vertex = view.origin + ray_local(view.world) * path.t;
         if (REUSE_SECOND) {
-            let strength = target_density(vertex) * table_transmittance(table, path.t);
-            onset_offer(&onset, path.t, strength, distance.y * f32(all), rng_next(&rng));
+            let strength = target_density(vertex) * drawn.transmittance;
+            onset_offer(&onset, path.t, strength, drawn.density * f32(all), rng_next(&rng));
         }
         let drop = phase_drop(&rng);
         path.omega = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
-        var density = distance.y * count * phase_value(dot(view.world, path.omega));
+        var density = drawn.density * count * phase_value(dot(view.world, path.omega));
         if (LIGHT_SAMPLED && lit) {
             let sample = light_sample(vertex, &rng);
             path.kind = select(RESERVOIR_DELTA, RESERVOIR_BRIGHT, sample.pdf > 0.0);
             path.id = sample.id;
             path.omega = sample.direction;
-            density = distance.y * count * select(sample.share, sample.pdf, sample.pdf > 0.0);
+            density = drawn.density * count * select(sample.share, sample.pdf, sample.pdf > 0.0);
         }
         path.omega = reservoir_unfold(reservoir_fold(path.omega));
-        let aim = target_value(position, table, path);
+        let aim = target_given(position, path, drawn.transmittance);
         let w = select(0.0, aim / density, aim > 0.0 && density > 0.0);
         sum += w;
         if (rng_next(&rng) * sum < w) {

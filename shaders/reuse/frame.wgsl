@@ -1,6 +1,5 @@
-// What the passes of resampling know of a frame: settings, the frame before, and tables of pixels.
+// What the passes of resampling know of a frame: settings, and the frame before.
 //!use core/params
-//!use reuse/table
 
 struct Frame {
     frame: u32,          // its number, which keys the random numbers
@@ -18,8 +17,4 @@ struct Frame {
 }
 
 @group(0) @binding(2) var<uniform> frame_previous: Params;
-@group(3) @binding(16) var<uniform> frame_uniform: Frame;
-
-fn frame_read(table: texture_2d_array<u32>, pixel: vec2u) -> Table {
-    return table_unpack(array<vec4u, 2>(textureLoad(table, pixel, 0, 0), textureLoad(table, pixel, 1, 0)));
-}
+@group(3) @binding(13) var<uniform> frame_uniform: Frame;

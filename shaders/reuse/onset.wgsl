@@ -5,7 +5,7 @@
 //!use core/ray
 //!slot phase
 //!slot proxy
-//!slot spectrum
+//!use reuse/leg
 //!use reuse/target
 
 // One distance of those offered.
@@ -31,15 +31,11 @@ fn onset_go(pixel: u32, view: View, onset: Onset, sum: f32, rng: ptr<function, R
     let vertex = view.origin + ray_local(view.world) * onset.t;
     let drop = phase_drop(rng);
     let onward = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(rng));
-    let channel = spectrum_hero(rng).rate;
-    let wanted = rng_depth(rng) / max(channel, 1e-9);
     let walk = ray_new(vertex, onward);
-    let leg = proxy_leg(walk, select(0.0, walk.exit, onset.strength > 0.0), wanted);
+    let leg = leg_flight(walk, select(0.0, proxy_end(walk), onset.strength > 0.0), true, rng_next(rng));
     let second = ray_at(walk, leg.t);
     // Per volume: density · r² is the density along the leg.
-    let depth = min(wanted, PROXY_ENDLESS);
-    let flight = leg.rate * spectrum_mean(spectrum_extinction() * exp(-spectrum_extinction() * depth));
-    let inverse = onset.sum / onset.strength * leg.t * leg.t / (phase_value(dot(view.world, onward)) * flight);
+    let inverse = onset.sum / onset.strength * leg.t * leg.t / (phase_value(dot(view.world, onward)) * leg.density);
     let found = leg.met && target_density(second) > 0.0 && inverse > 0.0 && inverse < MATH_FAR;
     reservoir_far[2u * pixel] = vec4u(bitcast<vec3u>(second), bitcast<u32>(onset.t));
     reservoir_far[2u * pixel + 1u] = vec4u(bitcast<u32>(select(0.0, inverse, found)), bitcast<u32>(sum), 0u, 0u);

@@ -8,7 +8,6 @@
 //!use reuse/shift
 
 @group(3) @binding(12) var<storage, read_write> pair_aims: array<f32>;
-@group(3) @binding(13) var pair_table: texture_2d_array<u32>;
 
 // The partner in a round: ((p + origin) xor mask) − origin, with origin and mask those of frame and round; negative outside.
 fn pair_partner(position: vec2u, round: u32, frame: Frame) -> vec2i {
@@ -45,6 +44,6 @@ fn pair_main(@builtin(global_invocation_id) id: vec3u) {
         let valid = partner.x >= 0 && own.aim > 0.0 && shift_keeps(own.path, vertex, moved, frame.reconnect);
         var path = own.path;
         path.t = select(-1.0, path.t, valid);
-        pair_aims[round * params.width * params.height + pixel] = target_value(q, frame_read(pair_table, q), path);
+        pair_aims[round * params.width * params.height + pixel] = target_value(q, path);
     }
 }

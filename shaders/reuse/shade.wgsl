@@ -12,34 +12,22 @@
 //!use reuse/frame
 //!use film/film
 
-@group(3) @binding(13) var shade_table: texture_2d_array<u32>;
-
 const SHADE_STREAM: u32 = 0x3c6ef372u;
 const SHADE_SPACING: f32 = 2.0;    // optical depth of the majorant between looks, times the setting's walks
 const SHADE_DEEP: f32 = 0.1;       // the same as a share of a leg's own, for legs that hardly let light through
 
-// Transmittance from `ray.t` to `far`, for a leg of optical depth `depth` from afar.
-fn shade_through(
-    ray: Ray, far: f32, depth: f32, walks: u32, rng: ptr<function, Rng>, count: ptr<function, Count>,
-) -> vec3f {
+// Transmittance from `ray.t` to `far`.
+fn shade_leg(ray: Ray, far: f32, walks: u32, rng: ptr<function, Rng>, count: ptr<function, Count>) -> vec3f {
     if (PROXY_EXACT) {
         return vec3f(exp(-spectrum_extinction() * select(0.0, proxy_depth(ray, ray.t, far, 0.0), far > ray.t)));
     }
-    return vec3f(comb_transmittance(ray, far, max(SHADE_SPACING / f32(walks), SHADE_DEEP * depth), rng, count));
-}
-
-// A camera ray that begins where there is anything, so that t stays small however far the camera is; ends at `reach`.
-fn shade_camera(view: View, table: Table, reach: f32) -> Ray {
-    var ray = ray_new(view.origin, view.world);
-    if (!CANDIDATES_MIXED) {
-        ray.t = max(ray.t, table.near);
-        ray.exit = min(ray.exit, table.far);
-    }
-    let skip = ray.t;
-    ray.origin = ray_at(ray, skip);
-    ray.exit = min(ray.exit, reach) - skip;
-    ray.t = 0.0;
-    return ray;
+    let seen = leg_march(ray, far);
+    // It begins where there is anything, so that distances stay small however far the camera is.
+    var leg = ray;
+    leg.origin = ray_at(ray, seen.start);
+    leg.t = 0.0;
+    leg.exit = seen.end - seen.start;
+    return vec3f(comb_transmittance(leg, leg.exit, max(SHADE_SPACING / f32(walks), SHADE_DEEP * seen.depth), rng, count));
 }
 
 @compute @workgroup_size(8, 8)
@@ -54,24 +42,18 @@ fn shade_main(@builtin(global_invocation_id) id: vec3u) {
     let frame = frame_uniform;
     var rng = rng_start(pixel, frame.frame, params.seed ^ SHADE_STREAM);
     var count = Count();
-    let table = frame_read(shade_table, position);
     let kept = reservoir_load(pixel);
     let parts = target_parts(position, kept.path);
     let holds = kept.aim > 0.0 && kept.weight != 0.0;
 
     // A path's film sample was chosen for what the medium scatters; what is behind it needs its own.
     let view = view_ray(position, rng_bits(&rng));
-    let past = shade_camera(view, table, MATH_FAR);
-    let opaque = -log(max(1.0 - table.opacity, TABLE_FLOOR));
-    let through = shade_through(past, past.exit, opaque, frame.walks, &rng, &count);
-
-    let before = shade_camera(parts.view, table, select(0.0, kept.path.t, holds));
-    let depth = -log(table_transmittance(table, kept.path.t));
-    let arrived = shade_through(before, before.exit, depth, frame.walks, &rng, &count);
+    let past = ray_new(view.origin, view.world);
+    let through = shade_leg(past, proxy_end(past), frame.walks, &rng, &count);
+    let before = ray_new(parts.view.origin, parts.view.world);
+    let arrived = shade_leg(before, select(0.0, kept.path.t, holds), frame.walks, &rng, &count);
     let onward = ray_new(parts.vertex, parts.onward);
-    let far = select(0.0, min(onward.exit, parts.reach), holds);
-    let leg = proxy_leg(onward, far, PROXY_ENDLESS);
-    let reached = shade_through(onward, leg.end, leg.depth, frame.walks, &rng, &count);
+    let reached = shade_leg(onward, select(0.0, min(onward.exit, parts.reach), holds), frame.walks, &rng, &count);
 
     let scattered = select(vec3f(0.0), parts.value * kept.weight * arrived * reached, holds);
     var radiance = scattered + through * light_background(view.world, -1.0);

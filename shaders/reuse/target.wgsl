@@ -5,10 +5,9 @@
 //!use core/ray
 //!slot medium
 //!slot phase
-//!slot proxy
 //!use light/light
 //!use reuse/view
-//!use reuse/table
+//!use reuse/leg
 //!use reuse/reservoir
 
 // What a path carries but for the transmittances, and where they are.
@@ -75,18 +74,24 @@ fn target_parts(pixel: vec2u, path: Path) -> Target {
     return Target(select(vec3f(0.0), value, known), view, vertex, onward, reach);
 }
 
-// The transmittance of the onward leg from afar, channels averaged.
-fn target_leg(vertex: vec3f, onward: vec3f, reach: f32) -> f32 {
-    let ray = ray_new(vertex, onward);
-    return max(table_mean(proxy_leg(ray, min(ray.exit, reach), PROXY_ENDLESS).depth), TABLE_FLOOR);
-}
-
-// The target of a path in a pixel with that table.
-fn target_value(pixel: vec2u, table: Table, path: Path) -> f32 {
+// The target of a path whose camera leg has that transmittance.
+fn target_given(pixel: vec2u, path: Path, camera: f32) -> f32 {
     let parts = target_parts(pixel, path);
     let strength = math_mean3(abs(parts.value));
     // Nothing to look for: the ray ends where it begins.
     let reach = select(0.0, parts.reach, strength > 0.0);
-    let aim = strength * table_transmittance(table, path.t) * target_leg(parts.vertex, parts.onward, reach);
+    let ray = ray_new(parts.vertex, parts.onward);
+    let aim = strength * camera * exp(-leg_march(ray, min(ray.exit, reach)).grey);
     return select(0.0, aim, aim < MATH_FAR);
+}
+
+// The transmittance from the camera to distance t, from afar.
+fn target_camera(pixel: vec2u, film: u32, t: f32) -> f32 {
+    let view = view_ray(pixel, film);
+    return exp(-leg_within(leg_camera(ray_new(view.origin, view.world), t), t));
+}
+
+// The target of a path in a pixel.
+fn target_value(pixel: vec2u, path: Path) -> f32 {
+    return target_given(pixel, path, target_camera(pixel, path.film, path.t));
 }

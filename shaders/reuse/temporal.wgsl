@@ -11,8 +11,6 @@
 
 @group(3) @binding(10) var<storage, read_write> temporal_near: array<vec4u>;
 @group(3) @binding(11) var<storage, read_write> temporal_far: array<vec4u>;
-@group(3) @binding(13) var temporal_table: texture_2d_array<u32>;
-@group(3) @binding(14) var temporal_old_table: texture_2d_array<u32>;
 
 const TEMPORAL_STREAM: u32 = 0x297a2d39u;
 const TEMPORAL_FIRST: u32 = 1u;   // bits of Frame::history
@@ -45,20 +43,21 @@ fn temporal_main(@builtin(global_invocation_id) id: vec3u) {
     let pixel = position.y * params.width + position.x;
     let frame = frame_uniform;
     var rng = rng_start(pixel, frame.frame, params.seed ^ TEMPORAL_STREAM);
-    let table = frame_read(temporal_table, position);
     var own = reservoir_load(pixel);
 
     // The pixel of the frame before is chosen by a distance of its own: by the sample's, weights would not add up to 1.
-    let t = table_sample(table, rng_next(&rng));
     let centre = view_ray(position, VIEW_CENTRE);
-    let place = centre.origin + ray_local(centre.world) * t;
-    let any = table_any(table);
+    let sight = ray_new(centre.origin, centre.world);
+    let u = rng_next(&rng);
+    // Where it meets nothing, a place between the ends of what there is.
+    let flight = leg_flight(sight, select(0.0, proxy_end(sight), frame.still == 0u), false, u);
+    let place = ray_at(sight, flight.t);
     let jump = vec2i(vec2f(rng_next(&rng), rng_next(&rng)) * 3.0) - 1;
     params = frame_previous;
     let old_size = vec2f(f32(params.width), f32(params.height));
     let same = vec2i(vec2f(position) * old_size * vec2f(params_uniform.inv_width, params_uniform.inv_height));
     let film_place = view_place(place);
-    let projected = any && frame.still == 0u;
+    let projected = sight.exit > sight.t && frame.still == 0u;
     let found = select(same, vec2i(floor(film_place)), projected);
     // Film samples move with the film, so that vertices hardly do.
     let turn = select(vec2i(0), vec2i((0.5 - fract(film_place)) * 65536.0), projected && film_place.x >= 0.0);
@@ -66,7 +65,6 @@ fn temporal_main(@builtin(global_invocation_id) id: vec3u) {
     let size = vec2i(vec2u(params.width, params.height));
     let inside = all(old_position >= vec2i(0)) && all(old_position < size) && frame.history != 0u;
     let q = vec2u(clamp(old_position, vec2i(0), size - 1));
-    let old_table = frame_read(temporal_old_table, q);
     var old = temporal_load(q.y * params.width + q.x);
     let c_old = select(0.0, min(old.confidence, frame.cap), inside);
     if (!temporal_holds(frame, old.path.kind)) {
@@ -111,10 +109,10 @@ fn temporal_main(@builtin(global_invocation_id) id: vec3u) {
     ask.t = asked;
     var want = old_shifted;
     want.t = wanted;
-    let want_aim = target_value(position, table, want);
+    let want_aim = target_value(position, want);
     params = frame_previous;
     light_begin(frame.old_lights);
-    let ask_aim = target_value(q, old_table, ask);
+    let ask_aim = target_value(q, ask);
     params = params_uniform;
 
     let own_aim_there = select(0.0, select(ask_aim / back.kappa, own.aim, known), own_valid);

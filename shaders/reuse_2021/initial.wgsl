@@ -10,7 +10,6 @@
 
 const INITIAL_STREAM: u32 = 0x68bc21ebu;  // tells its random numbers from other passes'
 const INITIAL_STEPS: u32 = 2048u;         // of the traversal, a guard
-const INITIAL_EXACT: f32 = 32.0;          // steps where the density is a formula
 const INITIAL_GONE: f32 = 1e-7;           // share of the light that is left when the traversal ends
 
 // How far the traversal of a ray has come: its last step, and the transmittance where that began and where it ended.
@@ -21,19 +20,7 @@ struct Initial {
     after: f32,
     depth: f32,
     steps: u32,
-    whole: f32,      // optical depth of the whole ray, where the density is a formula
     elsewhere: f32,  // a distance of those passed, drawn like those of walks that scatter; 0 where none can
-}
-
-// Where a step ends that begins at `t`. Cell by cell of the density from afar, which is above 0 wherever the density is;
-// formulas are cut where their light is.
-fn initial_next(ray: Ray, end: f32, state: Initial) -> f32 {
-    if (PROXY_EXACT) {
-        let share = f32(state.steps + 1u) / INITIAL_EXACT;
-        let wanted = -log(max(1.0 - share * (1.0 - exp(-state.whole)), 1e-30));
-        return select(max(proxy_leg(ray, end, wanted).t, state.t), end, f32(state.steps + 1u) >= INITIAL_EXACT);
-    }
-    return min(state.t + 1.0 / (params.proxy_inv_cell * math_max3(abs(ray.direction))), end);
 }
 
 // Goes on to where no more than `wanted` of the light is left. Whether that is before the end.
@@ -45,12 +32,13 @@ fn initial_reaches(state: ptr<function, Initial>, ray: Ray, end: f32, wanted: f3
         if ((*state).t >= end || (*state).after < INITIAL_GONE || (*state).steps >= INITIAL_STEPS) {
             break;
         }
-        let next = initial_next(ray, end, *state);
+        // Cell by cell of the density from afar, which is above 0 wherever the density is.
+        let next = min((*state).t + proxy_finest(ray, end), end);
         (*state).near = (*state).t;
         (*state).seen = (*state).after;
         (*state).t = next;
         (*state).depth += proxy_depth(ray, (*state).near, next, 0.0);
-        (*state).after = min(table_mean((*state).depth), (*state).seen);
+        (*state).after = min(marched_mean((*state).depth), (*state).seen);
         (*state).steps += 1u;
         if (rng_next(rng) * (1.0 - (*state).after) < (*state).seen - (*state).after) {
             (*state).elsewhere = mix((*state).near, next, rng_next(rng));
@@ -80,8 +68,7 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
     let walks = max(by_light + by_phase, 1u);
     let ray = ray_new(view.origin, view.world);
     let end = proxy_end(ray);
-    let whole = select(0.0, proxy_depth(ray, ray.t, end, 0.0), PROXY_EXACT && end > ray.t);
-    var state = Initial(ray.t, ray.t, 1.0, 1.0, 0.0, 0u, whole, 0.0);
+    var state = Initial(ray.t, ray.t, 1.0, 1.0, 0.0, 0u, 0.0);
     var wanted = 1.0;
     var light_left = by_light;
     var kept = Reservoir();
@@ -121,10 +108,10 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
         path.omega = reservoir_unfold(reservoir_fold(path.omega));
         let parts = target_parts(position, path);
         let strength = select(0.0, marched_strength(parts), scattered && scatters);
-        var aim = strength * max(wanted, TABLE_FLOOR) * marched_onward(parts, strength, MARCHED_FIRST);
+        var aim = strength * max(wanted, MARCHED_FLOOR) * marched_onward(parts, strength, MARCHED_FIRST);
         if (!scattered) {
             path.kind = MARCHED_THROUGH;
-            aim = marched_behind(view) * max(state.after, TABLE_FLOOR);
+            aim = marched_behind(view) * max(state.after, MARCHED_FLOOR);
             density = state.after * f32(walks);
         }
         let w = select(0.0, aim / density, aim > 0.0 && density > 0.0 && aim < MATH_FAR);

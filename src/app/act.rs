@@ -103,6 +103,13 @@ impl App {
                     renderer.restart();
                 }
             }
+            Action::DropHistory => {
+                let dropped = self.renderers().filter_map(|r| r.drop_history().then_some(())).count();
+                if dropped == 0 {
+                    let more = "Modes that reuse light paths keep one: see Mode in the section Method.";
+                    self.toasts.push(now, Kind::Info, "There is no history to drop", more, Vec::new());
+                }
+            }
             Action::ReloadShaders => {
                 let read = self.renderers().try_for_each(|r| r.reload_shaders(Source::standard()));
                 match read {

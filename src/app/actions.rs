@@ -63,6 +63,8 @@ pub enum Action {
     Step,
     /// Start the picture anew.
     Restart,
+    /// Forget the light paths that are kept from frame to frame.
+    DropHistory,
     /// Read the shaders again (debug builds run from the source tree).
     ReloadShaders,
     /// Reduced resolution while things move.
@@ -136,6 +138,7 @@ pub const ACTIONS: &[Row] = &[
     row(Action::Pause, "Render", "Hold or go on", &[(SHIFT, Key::Space), (NONE, Key::P)]),
     row(Action::Step, "Render", "One more sample", &[(NONE, Key::Period)]),
     row(Action::Restart, "Render", "Start the picture anew", &[(SHIFT, Key::R)]),
+    row(Action::DropHistory, "Render", "Drop the history of reused paths", &[(SHIFT, Key::H)]),
     row(Action::ReloadShaders, "Render", "Read the shaders again", &[(SHIFT, Key::F5)]),
     row(Action::DynamicScale, "Render", "Adapt the resolution", &[(SHIFT, Key::D)]),
     row(Action::SelfTest, "Render", "Test this adapter", &[(CTRL, Key::T)]),

@@ -419,7 +419,7 @@ impl Engine {
         if reads {
             self.error_at = now;
             let sums = renderer.sums()?;
-            figures.error = sums.relative_error();
+            figures.error = sums.relative_error().filter(|_| !renderer.is_correlated());
             self.kept = Some(Kept::of(&sums));
             if let (true, Some(error)) = (is_due, figures.error) {
                 let point = Point {

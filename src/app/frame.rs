@@ -15,14 +15,17 @@ use super::widgets::{
 };
 use super::{App, rows};
 use crate::io::volume_file;
-use crate::render::heat;
+use crate::render::{Renderer, heat};
 use crate::scene::value::Value;
-use crate::scene::{Light, Source, Volume};
+use crate::scene::{Bias, Light, Source, Volume};
 
 /// Seconds that the axes stay after the camera moved.
 const GIZMO: f64 = 1.0;
 /// Toasts keep clear of the drawer where this width is left, points.
 const LEAST_FREE: f32 = 400.0;
+/// What frames are made of where the mode reuses paths, and what that means.
+const REUSED: [&str; 2] = ["reuse", "Frames reuse paths of the frame before and of neighbours."];
+const INDEPENDENT: [&str; 2] = ["independent", "Nothing moves: samples are independent, whose mean converges faster."];
 /// Words of the banner's button.
 const RESTORE: &str = "Restore it";
 
@@ -151,7 +154,7 @@ impl App {
         let paths = three.format(f.paths_per_second / 1e6);
         let scale = if f.scale < 1.0 { format!("{:.2}", f.scale) } else { "1".into() };
         let error = f.error.map_or(String::new(), |e| three.format(e * 100.0));
-        let cells = [
+        let mut cells = vec![
             Cell { value: &samples, unit: "spp", widest: "000 000", name: "Samples", ..Cell::default() },
             Cell { value: &seconds, unit: "s", widest: "00 000.0", name: "Time", rank: 3, ..Cell::default() },
             Cell {
@@ -170,9 +173,17 @@ impl App {
                 tone: if f.scale < 1.0 { Tone::Warn } else { Tone::Plain },
                 name: "Resolution scale",
                 rank: 1,
+                ..Cell::default()
             },
             Cell { value: &error, unit: "% error", widest: "00.0", name: "Relative error", rank: 2, ..Cell::default() },
         ];
+        if let Some(reuses) = engine.renderer.as_ref().and_then(Renderer::reuses_now) {
+            let [value, tip] = if reuses { REUSED } else { INDEPENDENT };
+            cells.push(Cell { value, tip, widest: INDEPENDENT[0], name: "Frames", rank: 3, ..Cell::default() });
+        }
+        let biases = self.scene.biases();
+        let brief = Bias::brief(&biases);
+        let tip = biases.iter().map(|b| format!("{}: {}", b.label, b.why)).collect::<Vec<_>>().join("\n");
         let limit = engine.sample_limit;
         let adapter = format!("{} · {}", engine.gpu.info.name, engine.gpu.backend());
         let bar = StatusBar {
@@ -182,9 +193,9 @@ impl App {
                 (None, n) => Some((f.samples as f32 / n as f32).min(1.0)),
             },
             cells: &cells,
-            trust: match (f.scale < 1.0, self.scene.bias()) {
+            trust: match (f.scale < 1.0, &brief) {
                 (true, _) => Trust::Preview("preview"),
-                (false, Some(why)) => Trust::Biased(why),
+                (false, Some(by)) => Trust::Biased { by, tip: &tip },
                 (false, None) => Trust::Unbiased,
             },
             adapter: &adapter,
@@ -335,7 +346,9 @@ impl App {
                 unit: look.unit,
                 range: range.map(|r| [r.low, r.median, r.high].map(|x| x * look.factor)),
                 median_at: range.map_or(0.0, |r| r.share(&look, r.median) as f32),
-                log: look.log,
+                waits: look.waits(),
+                log: look.is_log(),
+                names: look.names(),
                 colour: &heat::colour,
             };
             legend.show(ui, place);

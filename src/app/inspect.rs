@@ -7,7 +7,9 @@ use super::widgets::{Digits, Loupe, LoupeLine, LoupePixel, SIDE};
 use crate::error::Result;
 use crate::image::tone::{Display, LUMINANCE};
 use crate::render::Renderer;
+use crate::render::heat::{self, Needs};
 use crate::render::peek::Patch;
+use crate::scene::Overlay;
 
 /// Pixels to either side of the one that is inspected.
 const RADIUS: u32 = SIDE as u32 / 2;
@@ -67,7 +69,7 @@ impl Inspector {
         let pixel = pixel_at(at, renderer.size());
         let fresh = self.read.as_ref().is_some_and(|r| r.pixel == pixel && now - r.at < EVERY);
         if !fresh {
-            let patch = Patch::read(&renderer.gpu, &renderer.film, pixel, RADIUS)?;
+            let patch = Patch::read(&renderer.gpu, &renderer.film, renderer.reservoirs(), pixel, RADIUS)?;
             self.read = Some(Reading { pixel, patch, at: now });
         }
         let Some(read) = &self.read else { return Ok(()) };
@@ -160,6 +162,15 @@ pub fn lines(patch: &Patch, pixel: (u32, u32), display: &Display) -> Vec<LoupeLi
             add("Not finite", cost.nonfinite.to_string(), true);
         }
     }
+    for &overlay in Overlay::ALL {
+        let look = heat::look(overlay).filter(|look| look.needs == Needs::Reservoirs);
+        let Some((look, value)) = look.zip(heat::value(sums, overlay, p)) else { continue };
+        let text = match look.names().get(value as usize) {
+            Some((name, _)) => (*name).to_owned(),
+            None => format!("{} {}", figure(value * look.factor), look.unit).trim_end().to_owned(),
+        };
+        lines.push(LoupeLine { caption: look.name, value: text, caution: false });
+    }
     lines
 }
 
@@ -181,6 +192,7 @@ mod tests {
                 square: vec![[4.0, 4.0, 0.0, 4.0], [0.0, 0.0, 0.0, 4.0], [0.0, 0.0, 0.0, 4.0], [0.0, 0.0, 0.0, 4.0]],
                 extra: Vec::new(),
                 cost: vec![cost, Cost { nonfinite: 1, violations: 2, ..cost }, cost, Cost::default()],
+                reservoirs: Vec::new(),
             },
         }
     }
@@ -205,6 +217,25 @@ mod tests {
         has("Null share", "0.7500");
         assert_eq!(value(&lines, "Depth"), None, "no layers are kept");
         assert!(lines.iter().all(|l| !l.caution));
+    }
+
+    #[test]
+    fn what_a_pixel_keeps_is_listed_where_it_keeps_something() {
+        let mut patch = patch();
+        let word = f32::to_bits;
+        // W = 3, target 0.5, of a neighbour, drawn 7 frames ago, for 18 samples.
+        let kept: [u32; 8] = [0, 0, word(3.0), word(0.5), 0, 0, 1 | (2 << 4) | (7 << 8), word(18.0)];
+        patch.sums.reservoirs = bytemuck::cast_slice(&[kept, [0; 8], [0; 8], [0; 8]]).to_vec();
+        let lines = |pixel| lines(&patch, pixel, &Display::default());
+        for (caption, text) in [
+            ("Confidence", "18.00 samples"),
+            ("Path age", "7.000 frames"),
+            ("Path source", "neighbour"),
+            ("Path weight", "1.500"),
+        ] {
+            assert_eq!(value(&lines((0, 0)), caption).as_deref(), Some(text));
+            assert_eq!(value(&lines((1, 0)), caption), None, "nothing is kept there");
+        }
     }
 
     #[test]

@@ -16,7 +16,7 @@ use crate::io::volume_file;
 use crate::render::tracking;
 use crate::scene::value::Limit;
 use crate::scene::{
-    Analytic, FreeFlight, Light, MajorantKind, Mode, Phase, Procedural, Restir, Scene, Tracking, Transmittance,
+    Analytic, Bias, FreeFlight, Light, MajorantKind, Mode, Phase, Procedural, Restir, Scene, Tracking, Transmittance,
 };
 
 /// Which sections are open, in their order.
@@ -62,10 +62,13 @@ pub fn show(ui: &mut Ui, rows: &mut Rows, facts: &Facts, open: &mut Open, state:
         }
         bookmarks(ui, state, &mut wishes);
     });
-    let bias = rows.scene.bias();
-    let changed = rows.any_changed("tracking.");
-    let summary = bias.map_or("unbiased".to_owned(), |why| format!("biased: {why}"));
-    let head = Section { title: "Method", summary: &summary, changed, biased: bias.is_some(), first: false };
+    let bias = Bias::brief(&rows.scene.biases());
+    let changed = rows.any_changed("integrator.")
+        || rows.any_changed("tracking.")
+        || rows.scene.integrator.mode.reuses() && rows.any_changed("restir.");
+    let biased = bias.is_some();
+    let summary = bias.map_or("unbiased".to_owned(), |what| format!("biased: {what}"));
+    let head = Section { title: "Method", summary: &summary, changed, biased, first: false };
     head.show(ui, method, |ui| method_section(ui, rows, facts, state, &mut wishes));
     let tone = crate::scene::ToneMap::CHOICES[rows.scene.display.tone_map as usize].label;
     let display_text = format!("{tone}, {} EV", Digits::Decimals(1).format(rows.scene.display.exposure));
@@ -387,6 +390,12 @@ fn method_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts, state: &State, wi
         for key in restir_keys(rows.scene.integrator.mode, &rows.scene.restir) {
             rows.show(ui, key);
         }
+        let text = "Forgets the paths that pixels keep from frame to frame, as at the first frame.";
+        let tip = Tip { key: "", text, cost: "Starts the picture anew." };
+        let head = Head { tip, ..Head::new("Kept paths") };
+        if (ButtonsRow { head, buttons: &[Choice::new("Drop")] }).show(ui).is_some() {
+            wishes.push(Wish::Act(Action::DropHistory));
+        }
     }
     for key in tracking_keys(&rows.scene.tracking) {
         rows.show(ui, key);
@@ -395,10 +404,11 @@ fn method_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts, state: &State, wi
     if !fitting.is_empty() {
         note(ui, &fitting);
     }
-    if let Some(why) = rows.scene.integrator.mode.bias() {
-        caution(ui, &format!("Biased by {why}, while the camera moves. The lens stays closed."));
-    } else if let Some(why) = rows.scene.tracking.bias() {
-        caution(ui, &format!("Biased by {why}: more samples do not remove the error, shorter steps do."));
+    let biases = rows.scene.biases();
+    if !biases.is_empty() {
+        let steps = biases.iter().all(|bias| bias.key.starts_with("tracking."));
+        let remedy = if steps { ", shorter steps do" } else { "" };
+        caution(ui, &format!("Biased by {}: more samples do not remove the error{remedy}.", Bias::whys(&biases)));
     }
     let three = |x: Option<f64>| Digits::Significant(3).format(x.unwrap_or(f64::NAN));
     let cell = if facts.known { facts.cell.to_string() } else { String::new() };

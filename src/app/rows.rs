@@ -64,8 +64,8 @@ impl Rows<'_> {
         let default = self.default(key);
         let changed = default.as_ref() != Some(&value);
         let biased = match (row.kind, &value) {
-            (Kind::Choice(_), Value::Text(name)) => is_biased(key, name),
-            _ => !row.biased.is_empty() && self.scene.tracking.bias().is_some(),
+            (Kind::Choice(_), _) => row.bias(&value).is_some(),
+            _ => !row.biased.is_empty() && self.has_biased(key),
         };
         let head = Head {
             label: row.label,
@@ -108,12 +108,12 @@ impl Rows<'_> {
                 (Value::Bool(on), response)
             }
             Kind::Choice(choices) => {
-                let choice = |name: &str, label| Choice {
-                    biased: is_biased(key, name),
-                    blocked: if self.can_be(key, name) { "" } else { NEEDS_FORMULA },
-                    ..Choice::new(label)
+                let choice = |c: &'static crate::scene::value::Choice| Choice {
+                    biased: !c.bias.is_empty(),
+                    blocked: if self.can_be(key, c.name) { "" } else { NEEDS_FORMULA },
+                    ..Choice::new(c.label)
                 };
-                let names: Vec<Choice> = choices.iter().map(|c| choice(c.name, c.label)).collect();
+                let names: Vec<Choice> = choices.iter().map(choice).collect();
                 let place = |v: Option<&Value>| {
                     choices.iter().position(|c| matches!(v, Some(Value::Text(t)) if t == c.name)).unwrap_or(0)
                 };
@@ -185,6 +185,12 @@ impl Rows<'_> {
         self.apply(ui, key, row, new, &response, default);
     }
 
+    /// Whether a choice of the section of `key` makes the picture biased.
+    fn has_biased(&self, key: &str) -> bool {
+        let section = |key: &str| key.split('.').next().map(str::to_owned);
+        self.scene.biases().iter().any(|bias| section(&bias.key) == section(key))
+    }
+
     /// Whether an estimator can be chosen, with a change of other ones if need be.
     fn can_be(&self, key: &str, name: &str) -> bool {
         if !key.starts_with(TRACKING) {
@@ -227,8 +233,6 @@ impl Rows<'_> {
 
 /// Settings that must fit one another.
 const TRACKING: &str = "tracking.";
-/// Key of the mode.
-const MODE: &str = "integrator.mode";
 /// Why the closed forms cannot be chosen for voxels.
 const NEEDS_FORMULA: &str = "analytic volumes only";
 
@@ -239,13 +243,6 @@ fn note_id() -> egui::Id {
 /// What was changed beside the last choice, so that the estimators fit one another; "" if nothing was.
 pub fn fitting_note(ui: &Ui) -> String {
     ui.data(|data| data.get_temp(note_id())).unwrap_or_default()
-}
-
-/// Whether a choice makes the picture biased, by itself.
-fn is_biased(key: &str, name: &str) -> bool {
-    let mut scene = Scene::default();
-    let asks = key.starts_with(TRACKING) || key == MODE;
-    asks && scene.assign(key, &Value::Text(name.into())).is_ok() && scene.bias().is_some()
 }
 
 /// `scene`, which does not fit since the setting `key` was chosen, with the fewest other estimators changed to the nearest

@@ -19,7 +19,7 @@ use crate::render::field::Field;
 use crate::render::film::{Aov, Counters, Sums};
 use crate::render::medium::Medium;
 use crate::render::pace::Pace;
-use crate::render::{Renderer, Work};
+use crate::render::{Renderer, Work, heat};
 use crate::save;
 use crate::scene::Scene;
 
@@ -327,6 +327,14 @@ impl Run<'_> {
         let mut stats = self.stats(renderer, scene, picture, &renderer.warnings());
         let image = picture.sums.image(&self.args.aov, scene.medium.albedo.0, picture.variance.as_deref());
         if !save::overlay(path, &picture.sums, scene, &mut stats)? {
+            if let (Some(look), picture::Format::Png) =
+                (heat::look(scene.display.overlay), picture::Format::of_path(path)?)
+            {
+                let text = format!("{} has nothing to show: {}. The picture is written.", look.name, look.waits());
+                let warning = Warning { code: "overlay", text };
+                eprintln!("{warning}");
+                stats["warnings"].as_array_mut().into_iter().for_each(|all| all.push(warning.to_string().into()));
+            }
             save::picture(path, &image, scene, &stats)?;
         }
         if let Some(stats_path) = &self.args.stats {
@@ -563,6 +571,7 @@ mod tests {
             square: vec![[0.0, 0.0, 0.0, 1.0]],
             extra: vec![],
             cost: vec![],
+            reservoirs: vec![],
         };
         let mut spread = Spread::default();
         [1.0, 2.0, 6.0].into_iter().for_each(|x| spread.add(&run(x)));

@@ -65,7 +65,7 @@ fn to_json(key: &str, kind: &str, row: &Row, value: &Value) -> serde_json::Value
         "range": row.range_text(),
         "default": value.to_json(),
         "change": row.effect.cost(),
-        "biased": row.biased,
+        "biased": row.biased_text(),
     });
     if !kind.is_empty() {
         object["light"] = kind.into();
@@ -80,7 +80,10 @@ fn to_text(key: &str, kind: &str, row: &Row, value: &Value) -> String {
     let light = if kind.is_empty() { String::new() } else { format!(" ({kind})") };
     let symbol = if row.symbol.is_empty() { String::new() } else { format!("  {}", row.symbol) };
     let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
-    let biased = if row.biased.is_empty() { String::new() } else { format!("  Biased: {}.", row.biased) };
+    let biased = match row.biased_text() {
+        none if none.is_empty() => none,
+        which => format!("  Biased: {which}."),
+    };
     format!(
         "{key}{light}{symbol} = {value}{unit}\n    {}\n    {}. {}{biased}\n",
         row.help.trim(),
@@ -107,9 +110,8 @@ fn to_markdown(rows: &[Setting]) -> String {
         let mut choices = String::new();
         for (key, _, row, value) in section {
             let key = key.rsplit('.').next().unwrap_or(key);
-            let (range, default) = (row.range_text(), value.to_string());
-            let cells =
-                [&format!("`{key}`"), row.symbol, row.unit, &range, &format!("`{default}`"), row.help, row.biased];
+            let (range, default, biased) = (row.range_text(), format!("`{value}`"), row.biased_text());
+            let cells = [&format!("`{key}`"), row.symbol, row.unit, &range, &default, row.help, &biased];
             page += "|";
             for cell in cells.map(|cell| cell.trim().replace('|', "\\|")) {
                 let space = if cell.is_empty() { "" } else { " " };

@@ -22,7 +22,7 @@ macro_rules! catalogue {
 
 catalogue![
     "aim/marched",
-    "aim/table",
+    "aim/sighted",
     "bench/bare",
     "core/camera",
     "core/math",
@@ -84,9 +84,9 @@ catalogue![
     "probe/probe_transmittance",
     "proxy/analytic",
     "proxy/dense",
-    "proxy/leg",
     "reuse/candidates",
     "reuse/frame",
+    "reuse/leg",
     "reuse/merge",
     "reuse/onset",
     "reuse/pair",

@@ -5,6 +5,8 @@ use crate::gpu::device::Gpu;
 use crate::gpu::readback;
 use crate::image::{Image, Layer};
 
+use super::reservoir::Reservoir;
+
 /// Samples in a block sum before it is added to the totals.
 pub const BLOCK: u32 = 256;
 
@@ -165,7 +167,8 @@ impl Film {
         };
         let extra = if self.aov { total(2)? } else { Vec::new() };
         let cost = if self.counts_cost { readback::values(gpu, &self.cost)? } else { Vec::new() };
-        Ok(Sums { width: self.width, height: self.height, sum: total(0)?, square: total(1)?, extra, cost })
+        let (sum, square) = (total(0)?, total(1)?);
+        Ok(Sums { width: self.width, height: self.height, sum, square, extra, cost, reservoirs: Vec::new() })
     }
 }
 
@@ -240,10 +243,12 @@ pub struct Sums {
     pub extra: Vec<[f64; 4]>,
     /// Cost of each pixel where it is counted.
     pub cost: Vec<Cost>,
+    /// What each pixel keeps of paths, where an overlay shows it.
+    pub reservoirs: Vec<Reservoir>,
 }
 
 impl Sums {
-    /// Adds an independent run of the same size.
+    /// Adds an independent run of the same size; what is kept of paths is that run's.
     pub fn add(&mut self, other: &Sums) {
         let add = |a: &mut Vec<[f64; 4]>, b: &[[f64; 4]]| {
             for (a, b) in a.iter_mut().zip(b) {
@@ -254,6 +259,7 @@ impl Sums {
         add(&mut self.square, &other.square);
         add(&mut self.extra, &other.extra);
         self.cost.iter_mut().zip(&other.cost).for_each(|(a, b)| a.add(b));
+        self.reservoirs.clone_from(&other.reservoirs);
     }
 
     /// Mean radiance of a pixel.

@@ -33,6 +33,25 @@ impl Renderer {
         self.reuse.as_mut()
     }
 
+    /// The reservoirs that the last frame of this picture shaded, if one was drawn.
+    pub fn reservoirs(&self) -> Option<&wgpu::Buffer> {
+        self.reuse.as_ref()?.shaded()
+    }
+
+    /// Whether the next pass is a frame of reused paths; `None` where the mode never draws one.
+    pub fn reuses_now(&self) -> Option<bool> {
+        self.reuse.as_ref()?;
+        Some(self.cap().is_some())
+    }
+
+    /// Forgets the paths that are kept and starts the picture anew; false where the mode keeps none.
+    pub fn drop_history(&mut self) -> bool {
+        let Some(reuse) = &mut self.reuse else { return false };
+        reuse.forget();
+        self.restart();
+        true
+    }
+
     /// Whether every pass is a frame of its own, as while things move, where paths are reused; it merges as many new
     /// samples as its work asks for.
     pub fn set_moving(&mut self, moves: bool) {

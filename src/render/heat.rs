@@ -9,6 +9,7 @@ use crate::scene::Overlay;
 
 use super::film::Sums;
 use super::params::Params;
+use super::reservoir::Reservoir;
 
 /// Pixels along a side that film/resolve keeps by themselves, at most.
 const SPARSE: u32 = 64;
@@ -33,31 +34,88 @@ pub struct Look {
     pub unit: &'static str,
     /// From the value to the number that is shown with that unit.
     pub factor: f64,
-    /// Colours follow the logarithm; else the value itself, from 0.
-    pub log: bool,
+    /// How values become colours.
+    pub scale: Scale,
     /// Where the scale begins and ends, if that does not depend on the picture.
     pub fixed: Option<[f64; 2]>,
-    /// Whether the film must count what each pixel costs.
-    pub cost: bool,
+    /// What it is made from.
+    pub needs: Needs,
 }
+
+/// How values become colours. The numbers are those of shaders/display/present.wgsl.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scale {
+    /// By the value itself, from 0.
+    Even,
+    /// By its logarithm.
+    Log,
+    /// Each whole number from 0 has a name and an sRGB colour.
+    Names(&'static [(&'static str, [u8; 3])]),
+}
+
+/// What an overlay is made from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    /// The film's sums.
+    Sums,
+    /// What each pixel costs, which the film must count.
+    Cost,
+    /// The reservoirs of modes that reuse paths.
+    Reservoirs,
+}
+
+impl Look {
+    /// Words while nothing is known.
+    pub fn waits(&self) -> &'static str {
+        match self.needs {
+            Needs::Sums | Needs::Cost => "counting begins",
+            Needs::Reservoirs => "no frame has reused paths",
+        }
+    }
+
+    /// Whether colours follow the logarithm.
+    pub fn is_log(&self) -> bool {
+        self.scale == Scale::Log
+    }
+
+    /// Names of the values and their colours, where they have some.
+    pub fn names(&self) -> &'static [(&'static str, [u8; 3])] {
+        if let Scale::Names(names) = self.scale { names } else { &[] }
+    }
+}
+
+/// Where a pixel's path comes from. Colours that people of any colour vision tell apart (Okabe and Ito 2008), each lighter
+/// than the one before; as in shaders/display/present.wgsl.
+const SOURCES: &[(&str, [u8; 3])] =
+    &[("none", [0, 0, 0]), ("its own", [0, 114, 178]), ("frame before", [230, 159, 0]), ("neighbour", [240, 228, 66])];
 
 /// The look of an overlay; `None` for the picture itself.
 pub fn look(overlay: Overlay) -> Option<Look> {
-    let counted = |name| Look { name, unit: "", factor: 1.0, log: false, fixed: None, cost: true };
+    let of = |needs, name| Look { name, unit: "", factor: 1.0, scale: Scale::Even, fixed: None, needs };
+    let counted = |name| of(Needs::Cost, name);
+    let kept = |name| of(Needs::Reservoirs, name);
     Some(match overlay {
         Overlay::None => return None,
-        Overlay::Noise => Look { unit: "%", factor: 100.0, log: true, cost: false, ..counted("Relative error") },
-        Overlay::Samples => Look { log: true, cost: false, ..counted("Samples") },
+        Overlay::Noise => Look { unit: "%", factor: 100.0, scale: Scale::Log, ..of(Needs::Sums, "Relative error") },
+        Overlay::Samples => Look { scale: Scale::Log, ..of(Needs::Sums, "Samples") },
         Overlay::Lookups => counted("Lookups per sample"),
         Overlay::Steps => counted("Cell steps per sample"),
         Overlay::NullShare => Look { unit: "%", factor: 100.0, fixed: Some([0.0, 1.0]), ..counted("Null collisions") },
         Overlay::PathLength => counted("Collisions per sample"),
+        Overlay::Confidence => Look { unit: "samples", ..kept("Confidence") },
+        Overlay::Age => Look { unit: "frames", ..kept("Path age") },
+        Overlay::Source => {
+            let last = (SOURCES.len() - 1) as f64;
+            Look { scale: Scale::Names(SOURCES), fixed: Some([0.0, last]), ..kept("Path source") }
+        }
+        Overlay::Weight => Look { scale: Scale::Log, ..kept("Path weight") },
     })
 }
 
 /// What an overlay shows of a pixel; `None` where that is not known.
 pub fn value(sums: &Sums, overlay: Overlay, pixel: usize) -> Option<f64> {
     let cost = sums.cost.get(pixel).copied().unwrap_or_default();
+    let kept = sums.reservoirs.get(pixel).filter(|kept| kept.confidence() > 0.0);
     match overlay {
         Overlay::None => None,
         Overlay::Noise => {
@@ -71,6 +129,10 @@ pub fn value(sums: &Sums, overlay: Overlay, pixel: usize) -> Option<f64> {
         Overlay::Steps => cost.per_sample(cost.steps),
         Overlay::NullShare => cost.null_share(),
         Overlay::PathLength => cost.per_sample(cost.reals),
+        Overlay::Confidence => kept.map(Reservoir::confidence),
+        Overlay::Age => kept.filter(|kept| kept.holds()).map(|kept| f64::from(kept.age())),
+        Overlay::Source => kept.map(|kept| if kept.holds() { 1.0 + f64::from(kept.origin()) } else { 0.0 }),
+        Overlay::Weight => kept.map(|kept| if kept.holds() { kept.weight() } else { 0.0 }),
     }
 }
 
@@ -88,7 +150,7 @@ pub struct Range {
 impl Range {
     /// The range that `values` (NaN and negative: not known) ask for; `None` where there is nothing to show.
     pub fn of(look: &Look, values: impl IntoIterator<Item = f64>) -> Option<Range> {
-        let least = if look.log { LEAST } else { 0.0 };
+        let least = if look.is_log() { LEAST } else { 0.0 };
         let mut known: Vec<f64> = values.into_iter().filter(|x| *x >= least && x.is_finite()).collect();
         known.sort_by(f64::total_cmp);
         let at = |share: f64| known.get(((known.len().max(1) - 1) as f64 * share).round() as usize).copied();
@@ -96,7 +158,7 @@ impl Range {
         if let Some([low, high]) = look.fixed {
             return Some(Range { low, median, high });
         }
-        if !look.log {
+        if !look.is_log() {
             return Some(Range { low: 0.0, median, high: if high > 0.0 { high } else { 1.0 } });
         }
         let low = low.max(high / MOST_SPAN);
@@ -115,15 +177,19 @@ impl Range {
 
     /// Where a value lies on the scale, 0 at its low and 1 at its high end.
     pub fn share(&self, look: &Look, value: f64) -> f64 {
-        let [x, low, high] = [value, self.low, self.high].map(|x| if look.log { x.max(LEAST).log2() } else { x });
+        let [x, low, high] = [value, self.low, self.high].map(|x| if look.is_log() { x.max(LEAST).log2() } else { x });
         ((x - low) / (high - low)).clamp(0.0, 1.0)
     }
 
     /// Writes it for the shaders.
     pub fn write(&self, look: &Look, params: &mut Params) {
-        let [low, high] = [self.low, self.high].map(|x| if look.log { x.log2() } else { x } as f32);
+        let [low, high] = [self.low, self.high].map(|x| if look.is_log() { x.log2() } else { x } as f32);
         (params.overlay_low, params.overlay_high) = (low, high);
-        params.overlay_log = u32::from(look.log);
+        params.overlay_scale = match look.scale {
+            Scale::Even => 0,
+            Scale::Log => 1,
+            Scale::Names(_) => 2,
+        };
     }
 }
 
@@ -141,7 +207,9 @@ pub fn image(sums: &Sums, overlay: Overlay) -> Option<(Image, Range)> {
     let values: Vec<Option<f64>> = (0..sums.sum.len()).map(|p| value(sums, overlay, p)).collect();
     let range = Range::of(&look, values.iter().copied().flatten())?;
     let rgba = values.iter().flat_map(|x| {
-        let [r, g, b] = x.map_or([UNKNOWN; 3], |x| colour(range.share(&look, x) as f32)).map(decode_srgb);
+        let named = |x: f64| look.names().get(x as usize).map(|(_, colour)| colour.map(|c| f32::from(c) / 255.0));
+        let shown = |x: f64| named(x).unwrap_or_else(|| colour(range.share(&look, x) as f32));
+        let [r, g, b] = x.map_or([UNKNOWN; 3], shown).map(decode_srgb);
         [r, g, b, 1.0]
     });
     Some((Image::from_rgba(sums.width, sums.height, rgba.collect()), range))
@@ -187,6 +255,7 @@ impl Gauge {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::tone::LUMINANCE;
 
     #[test]
     fn ranges_leave_odd_pixels_out_and_are_never_empty() {
@@ -218,6 +287,22 @@ mod tests {
         assert_eq!(moved.steadied(Some(old)), moved);
     }
 
+    /// Names are told apart by lightness alone, from one another and from what is unknown.
+    #[test]
+    fn colours_of_names_need_no_hue() {
+        let lightness = |rgb: [f32; 3]| {
+            let y: f32 = rgb.map(decode_srgb).iter().zip(LUMINANCE).map(|(c, weight)| c * weight).sum();
+            116.0 * y.cbrt() - 16.0
+        };
+        for overlay in Overlay::ALL.iter().filter_map(|o| look(*o)) {
+            let mut all: Vec<f32> =
+                overlay.names().iter().map(|(_, rgb)| lightness(rgb.map(|c| f32::from(c) / 255.0))).collect();
+            all.push(lightness([UNKNOWN; 3]));
+            all.sort_by(f32::total_cmp);
+            assert!(all.windows(2).all(|pair| pair[1] - pair[0] > 15.0), "{}: {all:?}", overlay.name);
+        }
+    }
+
     #[test]
     fn every_overlay_has_a_look_and_the_shaders_know_its_place() {
         let resolve = include_str!("../../shaders/film/resolve.wgsl");
@@ -229,6 +314,8 @@ mod tests {
         }
         let present = include_str!("../../shaders/display/present.wgsl");
         assert!(present.contains(&format!("PRESENT_UNKNOWN: vec3f = vec3f({UNKNOWN})")));
+        let colours: Vec<String> = SOURCES.iter().map(|(_, [r, g, b])| format!("vec3f({r}.0, {g}.0, {b}.0)")).collect();
+        assert!(present.contains(&colours.join(", ")) && present.contains(&format!("array<vec3f, {}>", SOURCES.len())));
         assert!(resolve.contains(&format!("RESOLVE_SPARSE: u32 = {SPARSE}u")));
     }
 }

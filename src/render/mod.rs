@@ -21,12 +21,13 @@ pub mod pace;
 pub mod params;
 pub mod peek;
 pub mod pipeline;
+pub mod reservoir;
 pub mod reuse;
 pub mod self_test;
 pub mod tracking;
 
 use film::{BLOCK, Film, Sums};
-use heat::{Gauge, Range};
+use heat::{Gauge, Needs, Range};
 use lights::{DomeBuffers, LightData, Lights};
 use medium::Medium;
 use params::{Params, Slice};
@@ -271,11 +272,14 @@ impl Renderer {
 
     /// Counts what each pixel costs where that is wanted. The picture goes on.
     fn match_cost(&mut self) -> Result<()> {
-        let overlay = heat::look(self.scene.display.overlay).is_some_and(|look| look.cost);
-        if self.film.count_cost(&self.gpu, self.counts_cost || overlay)? {
+        if self.film.count_cost(&self.gpu, self.counts_cost || self.overlay_needs(Needs::Cost))? {
             self.film_group = self.layouts.film_group(&self.gpu, &self.film);
         }
         Ok(())
+    }
+
+    fn overlay_needs(&self, what: Needs) -> bool {
+        heat::look(self.scene.display.overlay).is_some_and(|look| look.needs == what)
     }
 
     /// Clears the film.
@@ -287,6 +291,9 @@ impl Renderer {
         self.pass_samples = 0;
         self.next_group = 0;
         self.behind = None;
+        if let Some(reuse) = &mut self.reuse {
+            reuse.clear_shaded();
+        }
     }
 
     /// The variant of the path tracer that the scene asks for.
@@ -314,7 +321,6 @@ impl Renderer {
             .flag("FILM_AOV", self.film.aov)
             .flag("FILM_COST", cost)
             .flag("REUSE", mode.reuses())
-            .flag("CANDIDATES_MIXED", has_lens || self.medium.is_analytic())
             .flag("REUSE_SECOND", reuse::has_second(&self.scene))
             .count("TRACK_STEPS", steps)
             .count("PATH_MOST_ROUNDS", if self.gpu.is_software() { MOST_ROUNDS_SOFTWARE } else { MOST_ROUNDS });
@@ -444,10 +450,14 @@ impl Renderer {
         Ok(())
     }
 
-    /// The film's sums so far; blocks.
+    /// The film's sums so far, and the reservoirs where the overlay shows them; blocks.
     pub fn sums(&mut self) -> Result<Sums> {
         self.catch_up()?;
-        self.film.read(&self.gpu)
+        let mut sums = self.film.read(&self.gpu)?;
+        if let (true, Some(buffer)) = (self.overlay_needs(Needs::Reservoirs), self.reservoirs()) {
+            sums.reservoirs = reservoir::read(&self.gpu, buffer)?;
+        }
+        Ok(sums)
     }
 
     /// Writes the picture so far to the texture that [`Renderer::picture`] gives, and finds the range of the overlay.
@@ -456,7 +466,8 @@ impl Renderer {
         if (self.picture.width(), self.picture.height()) != (width, height) {
             self.picture = pipeline::picture_texture(&self.gpu, width, height);
         }
-        self.layouts.resolve(&self.gpu, &self.film, &self.params, &self.picture, &self.gauge.sparse);
+        let kept = self.reservoirs();
+        self.layouts.resolve(&self.gpu, &self.film, kept, &self.params, &self.picture, &self.gauge.sparse);
         if self.gauge.look(&self.gpu, self.scene.display.overlay, self.size) {
             self.write_params();
         }

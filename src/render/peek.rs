@@ -5,6 +5,10 @@ use crate::gpu::device::Gpu;
 use crate::gpu::readback;
 
 use super::film::{Cost, Film, Sums};
+use super::reservoir::Reservoir;
+
+/// Bytes of what a pixel costs.
+const COST: u64 = size_of::<Cost>() as u64;
 
 /// A square of pixels cut out of the film, clipped at its edges.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,8 +20,15 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// Reads the pixels at most `radius` columns and rows from `(x, y)`, a pixel of the film; blocks.
-    pub fn read(gpu: &Gpu, film: &Film, (x, y): (u32, u32), radius: u32) -> Result<Patch> {
+    /// Reads the pixels at most `radius` columns and rows from `(x, y)`, a pixel of the film, and of `reservoirs` where
+    /// there are some; blocks.
+    pub fn read(
+        gpu: &Gpu,
+        film: &Film,
+        reservoirs: Option<&wgpu::Buffer>,
+        (x, y): (u32, u32),
+        radius: u32,
+    ) -> Result<Patch> {
         let corner = (x.saturating_sub(radius), y.saturating_sub(radius));
         let end = ((x + radius + 1).min(film.width), (y + radius + 1).min(film.height));
         let (width, height) = (end.0 - corner.0, end.1 - corner.1);
@@ -28,8 +39,9 @@ impl Patch {
             parts.extend([(&film.extra, 2 * vec4), (&film.totals[2], 2 * vec4)]);
         }
         if film.counts_cost {
-            parts.push((&film.cost, size_of::<Cost>() as u64));
+            parts.push((&film.cost, COST));
         }
+        parts.extend(reservoirs.map(|buffer| (buffer, Reservoir::BYTES)));
         let pixels = u64::from(width * height);
         let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("peek"),
@@ -63,8 +75,9 @@ impl Patch {
         };
         let (sum, square) = (total(vec4), total(vec4));
         let extra = if film.aov { total(2 * vec4) } else { Vec::new() };
-        let cost = if film.counts_cost { bytemuck::pod_collect_to_vec(rest) } else { Vec::new() };
-        Ok(Patch { corner, sums: Sums { width, height, sum, square, extra, cost } })
+        let cost = if film.counts_cost { bytemuck::pod_collect_to_vec(piece(COST)) } else { Vec::new() };
+        let reservoirs = bytemuck::pod_collect_to_vec(rest);
+        Ok(Patch { corner, sums: Sums { width, height, sum, square, extra, cost, reservoirs } })
     }
 
     /// The place in `sums` of a pixel of the film, if it is in the patch.

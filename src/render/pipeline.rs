@@ -8,6 +8,7 @@ use crate::gpu::shader::{Source, Variant};
 
 use super::film::Film;
 use super::params::TILE;
+use super::reservoir::Reservoir;
 use super::reuse::Kernels;
 
 /// Everything that pipelines of the renderer share.
@@ -22,6 +23,8 @@ pub struct Layouts {
     medium_plain: wgpu::BindGroupLayout,
     flush: wgpu::ComputePipeline,
     resolve: wgpu::ComputePipeline,
+    /// One that stands for no sample, bound where there are none.
+    no_reservoirs: wgpu::Buffer,
 }
 
 pub(super) fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
@@ -77,6 +80,8 @@ impl Layouts {
         };
         // Plants are for the path tracer.
         let plain = Source { folder: source.folder.clone(), plants: Vec::new() };
+        // Views of reservoirs need their first half only.
+        let near = Variant::default().flag("REUSE_SECOND", false);
         let plain_float = wgpu::TextureSampleType::Float { filterable: false };
         Ok(Layouts {
             frame: layout("frame", &[entry(0, uniform), entry(1, uniform), entry(2, uniform)]),
@@ -92,7 +97,13 @@ impl Layouts {
             medium_filtered: medium(true),
             medium_plain: medium(false),
             flush: compute(gpu, &plain, "film/flush", "flush_main", &Variant::default(), None)?,
-            resolve: compute(gpu, &plain, "film/resolve", "resolve_main", &Variant::default(), None)?,
+            resolve: compute(gpu, &plain, "film/resolve", "resolve_main", &near, None)?,
+            no_reservoirs: gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("no reservoirs"),
+                size: Reservoir::BYTES,
+                usage: wgpu::BufferUsages::STORAGE,
+                mapped_at_creation: false,
+            }),
         })
     }
 
@@ -152,11 +163,12 @@ impl Layouts {
 
 impl Layouts {
     /// Writes the picture of `film` to `picture`, a storage texture of its size, and a few pixels of the overlay to
-    /// `sparse`.
+    /// `sparse`; `reservoirs` are those that were shaded last.
     pub fn resolve(
         &self,
         gpu: &Gpu,
         film: &Film,
+        reservoirs: Option<&wgpu::Buffer>,
         params: &wgpu::Buffer,
         picture: &wgpu::Texture,
         sparse: &wgpu::Buffer,
@@ -182,10 +194,21 @@ impl Layouts {
             layout: &layout,
             entries: &entries,
         });
+        /// Group and binding of reservoirs, in shaders/reuse/reservoir.wgsl.
+        const RESERVOIRS: (u32, u32) = (3, 8);
+        let kept = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.resolve.get_bind_group_layout(RESERVOIRS.0),
+            entries: &[wgpu::BindGroupEntry {
+                binding: RESERVOIRS.1,
+                resource: reservoirs.unwrap_or(&self.no_reservoirs).as_entire_binding(),
+            }],
+        });
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&self.resolve);
+            pass.set_bind_group(RESERVOIRS.0, &kept, &[]);
             pass.set_bind_group(0, &frame, &[]);
             pass.set_bind_group(1, &film_group, &[]);
             pass.dispatch_workgroups(film.width.div_ceil(TILE), film.height.div_ceil(TILE), 1);

@@ -47,7 +47,7 @@ const CATCH_UPS: u32 = 256;
 /// A pass of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Pass {
-    /// Tables of pixels, candidates of one scattering, the way to a second vertex.
+    /// Candidates of one scattering, the way to a second vertex.
     Candidates,
     /// Paths from the second vertex on.
     Suffix,
@@ -81,10 +81,7 @@ enum Bound {
     OtherNear = 10,
     OtherFar = 11,
     Pairs = 12,
-    Table = 13,
-    OldTable = 14,
-    NewTable = 15,
-    Frame = 16,
+    Frame = 13,
 }
 
 impl Pass {
@@ -118,19 +115,14 @@ impl Pass {
     }
 
     fn bound(self) -> &'static [Bound] {
-        use Bound::{
-            Counters, Far, FilmSquare, FilmSum, Frame, Near, NewTable, OldTable, OtherFar, OtherNear, Pairs, Paused,
-            Table,
-        };
+        use Bound::{Counters, Far, FilmSquare, FilmSum, Frame, Near, OtherFar, OtherNear, Pairs, Paused};
         match self {
-            Pass::Candidates => &[Near, Far, NewTable, Frame],
-            Pass::Suffix => &[Counters, Paused, Near, Far, Table, Frame],
-            Pass::Temporal => &[Near, Far, OtherNear, OtherFar, Table, OldTable, Frame],
-            Pass::Pair => &[Near, Far, Pairs, Table, Frame],
-            Pass::Merge => &[Near, Far, OtherNear, OtherFar, Pairs, Table, Frame],
-            Pass::Shade => &[FilmSum, FilmSquare, Counters, Near, Far, Table, Frame],
-            Pass::Initial => &[Near, Far, Frame],
-            Pass::Reproject | Pass::Gather => &[Near, Far, OtherNear, OtherFar, Frame],
+            Pass::Candidates | Pass::Initial => &[Near, Far, Frame],
+            Pass::Suffix => &[Counters, Paused, Near, Far, Frame],
+            Pass::Temporal | Pass::Reproject | Pass::Gather => &[Near, Far, OtherNear, OtherFar, Frame],
+            Pass::Pair => &[Near, Far, Pairs, Frame],
+            Pass::Merge => &[Near, Far, OtherNear, OtherFar, Pairs, Frame],
+            Pass::Shade => &[FilmSum, FilmSquare, Counters, Near, Far, Frame],
             Pass::Finish => &[FilmSum, FilmSquare, Counters, Near, Far],
         }
     }
@@ -142,20 +134,6 @@ impl Pass {
             .map(|&bound| {
                 let binding = bound as u32;
                 match bound {
-                    Bound::Table | Bound::OldTable => pipeline::entry(
-                        binding,
-                        pipeline::texture(wgpu::TextureSampleType::Uint, wgpu::TextureViewDimension::D2Array),
-                    ),
-                    Bound::NewTable => wgpu::BindGroupLayoutEntry {
-                        binding,
-                        visibility: wgpu::ShaderStages::COMPUTE,
-                        ty: wgpu::BindingType::StorageTexture {
-                            access: wgpu::StorageTextureAccess::WriteOnly,
-                            format: wgpu::TextureFormat::Rgba32Uint,
-                            view_dimension: wgpu::TextureViewDimension::D2Array,
-                        },
-                        count: None,
-                    },
                     Bound::Frame => pipeline::entry(binding, pipeline::buffer(wgpu::BufferBindingType::Uniform)),
                     _ => pipeline::writable(binding),
                 }
@@ -167,7 +145,7 @@ impl Pass {
 }
 
 /// The files that fill slot `aim`: what a path is worth.
-const AIM: &str = "aim/table";
+const AIM: &str = "aim/sighted";
 const AIM_PUBLISHED: &str = "aim/marched";
 
 /// The file that fills slot `aim` in a mode that reuses paths.
@@ -226,7 +204,7 @@ impl Drawn {
     }
 }
 
-/// Reservoirs and tables of all pixels, and how frames follow one another.
+/// Reservoirs of all pixels, and how frames follow one another.
 pub struct Reuse {
     size: (u32, u32),
     mode: Mode,
@@ -234,14 +212,14 @@ pub struct Reuse {
     near: [wgpu::Buffer; 2],
     far: [wgpu::Buffer; 2],
     pairs: wgpu::Buffer,
-    tables: [wgpu::Texture; 2],
     frame: wgpu::Buffer,
     /// The uniform of the frame before.
     previous: wgpu::Buffer,
     /// Which of the buffers the next frame writes first; the other holds the history.
     turn: usize,
-    table_turn: usize,
     number: u32,
+    /// Which of the buffers the last frame of the picture shaded.
+    shaded: Option<usize>,
     drawn: Option<Drawn>,
     keeps: u32,
     edited: bool,
@@ -292,21 +270,8 @@ impl Reuse {
                 mapped_at_creation: false,
             })
         };
-        // The method of 2021 keeps neither tables nor values of pairs.
+        // The method of 2021 keeps no values of pairs.
         let own = mode == Mode::Restir;
-        let (width, height) = if own { size } else { (1, 1) };
-        let table = || {
-            gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("tables"),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 2 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba32Uint,
-                usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            })
-        };
         // Software drivers write timestamps before what they stand behind is done.
         let stamps = gpu.features.contains(wgpu::Features::TIMESTAMP_QUERY) && !gpu.is_software();
         let queries = stamps.then(|| {
@@ -332,7 +297,6 @@ impl Reuse {
             near: [buffer("reservoirs", half), buffer("reservoirs", half)],
             far: [buffer("second vertices", far), buffer("second vertices", far)],
             pairs: buffer("pairs", if own { 4 * pixels * u64::from(scene.restir.neighbours.max(1)) } else { EMPTY }),
-            tables: [table(), table()],
             frame: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("frame"),
                 size: size_of::<Frame>() as u64,
@@ -341,8 +305,8 @@ impl Reuse {
             }),
             previous,
             turn: 0,
-            table_turn: 0,
             number: 0,
+            shaded: None,
             drawn: None,
             keeps: 0,
             edited: false,
@@ -366,14 +330,22 @@ impl Reuse {
 
     /// Bytes on the adapter.
     pub fn bytes(&self) -> u64 {
-        let tables = self.tables.iter().map(|t| HALF * u64::from(t.width()) * u64::from(t.height()));
-        let buffers = self.near.iter().chain(&self.far).chain([&self.pairs]);
-        buffers.map(wgpu::Buffer::size).chain(tables).sum()
+        self.near.iter().chain(&self.far).chain([&self.pairs]).map(wgpu::Buffer::size).sum()
     }
 
     /// The lights of the frame before, which follow those of the next in the list.
     pub fn old_lights(&self) -> &[GpuLight] {
         self.drawn.as_ref().map_or(&[], |d| &d.lights)
+    }
+
+    /// The reservoirs that the last frame shaded, since [`Reuse::clear_shaded`].
+    pub fn shaded(&self) -> Option<&wgpu::Buffer> {
+        self.shaded.map(|i| &self.near[i])
+    }
+
+    /// A picture begins, of which no frame has been shaded; what the next one starts from stays.
+    pub fn clear_shaded(&mut self) {
+        self.shaded = None;
     }
 
     /// Forgets all paths.
@@ -414,7 +386,7 @@ impl Reuse {
             tone_map: 0,
             overlay_low: 0.0,
             overlay_high: 0.0,
-            overlay_log: 0,
+            overlay_scale: 0,
             ..*p
         };
         let still =
@@ -442,6 +414,11 @@ impl Reuse {
         frame
     }
 
+    /// The buffer that the last pass before shading writes.
+    fn last_written(&self, merged: bool) -> usize {
+        if merged { 1 - self.turn } else { self.turn }
+    }
+
     fn group(
         &self,
         gpu: &Gpu,
@@ -450,15 +427,7 @@ impl Reuse {
         layout: &wgpu::BindGroupLayout,
         merged: bool,
     ) -> wgpu::BindGroup {
-        let view = |t: &wgpu::Texture| {
-            t.create_view(&wgpu::TextureViewDescriptor {
-                dimension: Some(wgpu::TextureViewDimension::D2Array),
-                ..Default::default()
-            })
-        };
-        // Shading reads what the last pass wrote.
-        let own = if matches!(pass, Pass::Shade | Pass::Finish) && merged { 1 - self.turn } else { self.turn };
-        let tables = [view(&self.tables[self.table_turn]), view(&self.tables[1 - self.table_turn])];
+        let own = if matches!(pass, Pass::Shade | Pass::Finish) { self.last_written(merged) } else { self.turn };
         let entries: Vec<wgpu::BindGroupEntry> = pass
             .bound()
             .iter()
@@ -473,8 +442,6 @@ impl Reuse {
                     Bound::OtherNear => self.near[1 - own].as_entire_binding(),
                     Bound::OtherFar => self.far[1 - own].as_entire_binding(),
                     Bound::Pairs => self.pairs.as_entire_binding(),
-                    Bound::Table | Bound::NewTable => wgpu::BindingResource::TextureView(&tables[0]),
-                    Bound::OldTable => wgpu::BindingResource::TextureView(&tables[1]),
                     Bound::Frame => self.frame.as_entire_binding(),
                 };
                 wgpu::BindGroupEntry { binding: bound as u32, resource }
@@ -583,11 +550,11 @@ impl Reuse {
                 *self.seconds.entry(pass.name()).or_default() += pair[1].saturating_sub(pair[0]) as f64 * period;
             }
         }
+        self.shaded = shown.map(|_| self.last_written(neighbours > 0));
         let keep_merged = picture.scene.resampling().history == History::Spatial && neighbours > 0;
         if !keep_merged {
             self.turn = 1 - self.turn;
         }
-        self.table_turn = 1 - self.table_turn;
         Ok(())
     }
 }

@@ -7,12 +7,14 @@
 use glam::DVec3;
 
 pub mod animation;
+mod bias;
 mod restir;
 pub mod row;
 pub mod text;
 pub mod value;
 
 use animation::Track;
+pub use bias::Bias;
 pub use restir::{History, Mode, Restir};
 use row::{Effect, Layers, Row, Scale, Section, section};
 use value::{Auto, Bounds, Colour, FilePath, Limit, Matrix, Pair, Value, choice};
@@ -88,7 +90,7 @@ choice! {
         SpectralHistory = "spectral-history", "Spectral, history", "All channels at once, events by the mean of what the path carries.";
         Regular = "regular", "Regular", "Exact inversion from cell to cell.";
         ClosedForm = "closed-form", "Closed form", "The formula of an analytic volume.";
-        RayMarching = "ray-marching", "Ray marching", "Steps of fixed size. Biased by their size.";
+        RayMarching = "ray-marching", "Ray marching", "Steps of fixed size. Biased by their size.", biased("ray marching of free flights");
     }
 }
 
@@ -104,8 +106,8 @@ choice! {
         PowerSeries = "power-series", "Power series", "The series of exp around the majorant, stopped by roulette.";
         Regular = "regular", "Regular", "Exact integration from cell to cell.";
         ClosedForm = "closed-form", "Closed form", "The formula of an analytic volume.";
-        RayMarching = "ray-marching", "Ray marching", "Steps of fixed size. Biased by their size.";
-        Jackknife = "jackknife", "Jackknife", "Two marches whose difference removes most bias. Biased.";
+        RayMarching = "ray-marching", "Ray marching", "Steps of fixed size. Biased by their size.", biased("ray marching of shadow rays");
+        Jackknife = "jackknife", "Jackknife", "Two marches whose difference removes most bias. Biased.", biased("jackknife transmittance");
     }
 }
 
@@ -148,6 +150,10 @@ choice! {
         Steps = "steps", "Cell steps", "Segments of the bounds walked per sample.";
         NullShare = "null-share", "Null share", "Share of null collisions among those of free flights.";
         PathLength = "path-length", "Path length", "Real collisions per sample.";
+        Confidence = "confidence", "Confidence", "Samples that a pixel's kept path stands for (modes that reuse paths).";
+        Age = "age", "Path age", "Frames since a pixel's kept path was drawn.";
+        Source = "source", "Path source", "Where a pixel's kept path comes from: its own, the frame before, a neighbour.";
+        Weight = "weight", "Path weight", "Contribution weight of a pixel's kept path, times its target.";
     }
 }
 
@@ -445,16 +451,6 @@ impl Volume {
 }
 
 impl Tracking {
-    /// Whether the estimators are biased, and why.
-    pub fn bias(&self) -> Option<&'static str> {
-        match (self.free_flight, self.transmittance) {
-            (FreeFlight::RayMarching, _) => Some("ray marching of free flights"),
-            (_, Transmittance::RayMarching) => Some("ray marching of shadow rays"),
-            (_, Transmittance::Jackknife) => Some("jackknife transmittance"),
-            _ => None,
-        }
-    }
-
     /// Whether these estimators fit one another and the volume, `analytic` or not; an error in words.
     pub fn check(&self, analytic: bool) -> Result<(), String> {
         let closed = self.free_flight == FreeFlight::ClosedForm || self.transmittance == Transmittance::ClosedForm;

@@ -9,7 +9,7 @@ choice! {
     Mode {
         Path = "path", "Path", "The unbiased path tracer; samples are independent.";
         Restir = "restir", "Reuse", "Paths are resampled from frame to frame and from neighbours (ReSTIR); unbiased. Still pictures go on as in mode path.";
-        Restir2021 = "restir-2021", "Reuse, 2021", "Reuse as Lin, Wyman and Yuksel published it in 2021, to compare with: through pixel centres, without a lens. Biased while the camera moves.";
+        Restir2021 = "restir-2021", "Reuse, 2021", "Reuse as Lin, Wyman and Yuksel published it in 2021, to compare with: through pixel centres, without a lens. Biased while the camera moves.", biased("reuse as it was published in 2021");
     }
 }
 
@@ -29,11 +29,6 @@ impl Mode {
         self != Mode::Restir2021
     }
 
-    /// Whether it is biased, and why.
-    pub fn bias(self) -> Option<&'static str> {
-        (self == Mode::Restir2021).then_some("reuse as it was published in 2021")
-    }
-
     /// Whether a setting of `[restir]` means anything to it.
     pub fn takes(self, key: &str) -> bool {
         match self {
@@ -45,11 +40,6 @@ impl Mode {
 }
 
 impl Scene {
-    /// Whether the picture is biased, and why.
-    pub fn bias(&self) -> Option<&'static str> {
-        self.integrator.mode.bias().or(self.tracking.bias())
-    }
-
     /// The settings of `[restir]` as the mode takes them: the method of 2021 leaves few to choose.
     pub fn resampling(&self) -> Restir {
         let own = self.restir.clone();
@@ -129,6 +119,5 @@ mod tests {
         assert_eq!(scene.resampling().candidates, 9);
         scene.integrator.mode = Mode::Restir;
         assert_eq!(scene.resampling(), scene.restir);
-        assert!(scene.bias().is_none());
     }
 }

@@ -177,7 +177,7 @@ pub struct Row {
     pub decimals: usize,
     /// What a change touches.
     pub effect: Effect,
-    /// Whether values of this setting make the picture biased; says which.
+    /// Whether numbers of this setting make the picture biased; says which.
     pub biased: &'static str,
 }
 
@@ -252,7 +252,7 @@ impl Row {
         self
     }
 
-    /// Which values are biased.
+    /// Which numbers are biased.
     pub const fn biased(mut self, why: &'static str) -> Row {
         self.biased = why;
         self
@@ -296,6 +296,23 @@ impl Row {
             }
         }
         Ok(())
+    }
+
+    /// Which values make the picture biased, in words: of a choice their names; "" for most settings.
+    pub fn biased_text(&self) -> String {
+        match self.kind {
+            Kind::Choice(choices) => {
+                let biased = choices.iter().filter(|c| !c.bias.is_empty());
+                biased.map(|c| format!("\"{}\"", c.name)).collect::<Vec<_>>().join(", ")
+            }
+            _ => self.biased.to_owned(),
+        }
+    }
+
+    /// By what `value` makes the picture biased; `None` where it does not.
+    pub fn bias(&self, value: &Value) -> Option<&'static str> {
+        let Value::Text(name) = value else { return None };
+        self.choice(name).map(|choice| choice.bias).filter(|bias| !bias.is_empty())
     }
 
     /// Whether an `[[animation]]` may move it: any real number or vector.

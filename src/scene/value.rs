@@ -109,6 +109,8 @@ pub struct Choice {
     pub label: &'static str,
     /// What it does.
     pub help: &'static str,
+    /// By what it makes the picture biased; "" for most.
+    pub bias: &'static str,
 }
 
 /// The shape of a setting's value; decides the widget that edits it.
@@ -390,9 +392,12 @@ impl Setting for Limit {
     }
 }
 
-/// Declares an enum whose variants have names in scene files: one row makes variant, name, label and help.
+/// Declares an enum whose variants have names in scene files: one row makes variant, name, label and help, and says by
+/// what it makes the picture biased where it does.
 macro_rules! choice {
-    ($(#[$doc:meta])* $Name:ident { $( $Variant:ident = $name:literal, $label:literal, $help:literal; )* }) => {
+    ($(#[$doc:meta])* $Name:ident { $(
+        $Variant:ident = $name:literal, $label:literal, $help:literal $(, biased($bias:literal))?;
+    )* }) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum $Name { $( #[doc = $help] $Variant ),* }
@@ -401,7 +406,12 @@ macro_rules! choice {
             pub const ALL: &'static [$Name] = &[ $( $Name::$Variant ),* ];
             /// Names and explanations, in the same order.
             pub const CHOICES: &'static [$crate::scene::value::Choice] = &[
-                $( $crate::scene::value::Choice { name: $name, label: $label, help: $help } ),*
+                $( $crate::scene::value::Choice {
+                    name: $name,
+                    label: $label,
+                    help: $help,
+                    bias: concat!($($bias)?),
+                } ),*
             ];
             /// Its name in scene files.
             pub fn name(self) -> &'static str {

@@ -298,6 +298,14 @@ fn overlays_are_pictures_and_costs_are_layers() {
     );
     assert!(shown["overlay"]["high"].as_f64().is_some_and(|high| high > 0.5), "{}", shown["overlay"]);
     assert!(!same_pixels(&folder.picture("plain.png"), &folder.picture("lookups.png")));
+    // What frames keep of paths is shown of a sequence; a picture without such frames says that there is nothing.
+    let reuse = ["--set", "integrator.mode=restir", "--set", "display.overlay=source"];
+    let shown = draw("source_0.png", &[&reuse[..], &["--frames", "0..0"]].concat());
+    let names = shown["overlay"]["names"].as_array().map_or(0, Vec::len);
+    assert_eq!((shown["overlay"]["name"].as_str(), names), (Some("source"), 4));
+    let still = draw("still.png", &reuse);
+    assert!(still["overlay"].is_null() && still["warnings"].to_string().contains("[overlay]"), "{}", still["warnings"]);
+    assert!(same_pixels(&folder.picture("plain.png"), &folder.picture("still.png")), "the picture itself");
     // The data of other files is what it is without; layers add up to the counters.
     let stats = draw("a.exr", &["--aov", "lookups", "--aov", "steps"]);
     draw("b.exr", &["--set", "display.overlay=steps"]);

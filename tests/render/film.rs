@@ -163,7 +163,7 @@ fn variants_are_those_that_are_validated() {
         assert_eq!(slots, ["flight", "majorant", "medium", "phase", "proxy", "spectrum", "transmittance"]);
         let mut constants: Vec<&str> = variant.constants.iter().map(|c| c.0).collect();
         constants.sort_unstable();
-        let known = "CAMERA_LENS CANDIDATES_MIXED FILM_AOV FILM_COST FLIGHT_WALKS LIGHT_HAS_DISC LIGHT_HAS_LIST LIGHT_HAS_MANY \
+        let known = "CAMERA_LENS FILM_AOV FILM_COST FLIGHT_WALKS LIGHT_HAS_DISC LIGHT_HAS_LIST LIGHT_HAS_MANY \
                      LIGHT_HAS_MAP LIGHT_HAS_POINT LIGHT_SAMPLED MAJORANT_CONTROL MAJORANT_TIGHT MEDIUM_NEAREST \
                      PATH_MOST_ROUNDS REUSE REUSE_SECOND TRACK_STEPS \
                      TRANSMITTANCE_WALKS";

@@ -15,6 +15,7 @@ mod light;
 mod motion;
 mod planted;
 mod published;
+mod views;
 
 use ensemble::{Course, Stage};
 

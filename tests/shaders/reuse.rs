@@ -37,10 +37,8 @@ fn reuse_variants() -> Vec<Variant> {
                             .flag("FILM_COST", lens);
                         let mut variant = with_tracking(variant, medium, SLOTS[4].1[0], SLOTS[5].1[0]);
                         for (name, value) in &mut variant.constants {
-                            match *name {
-                                "REUSE_SECOND" => *value = second.to_string(),
-                                "CANDIDATES_MIXED" => *value = (lens || !DENSE.contains(&medium)).to_string(),
-                                _ => {}
+                            if *name == "REUSE_SECOND" {
+                                *value = second.to_string();
                             }
                         }
                         all.push(with_lights(variant, lights));

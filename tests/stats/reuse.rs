@@ -18,7 +18,8 @@ const PAIR: u32 = 1;
 const PACK: u32 = 2;
 const TABLE: u32 = 3;
 const LEG: u32 = 4;
-const TARGET: u32 = 5;
+const FLIGHT: u32 = 5;
+const TARGET: u32 = 6;
 
 /// Blocks of voxels from a corner, in a sun and a sky; pixels are smaller than voxels.
 fn probe(a: &Adapter, distance: f64) -> Probe {
@@ -181,71 +182,69 @@ fn reservoirs_are_what_was_stored() {
     }
 }
 
-/// Of all pixels' tables: the greatest error of the integral of the density and of the numbers that draw distances, and the
-/// share of the medium that distances do not reach.
-fn table_errors(a: &Adapter, source: &Source, distance: f64) -> [f64; 3] {
-    let probe = probe(a, distance);
-    let mut worst = [0.0f64; 2];
+/// Of rays' tables: the greatest error of the integral of the density, of the numbers that draw distances, and of the
+/// transmittance to them; and the share of the medium that distances do not reach.
+fn table_errors(source: &Source, probe: &Probe) -> [f64; 4] {
+    let mut worst = [0.0f64; 3];
     let (mut met, mut missed) = (0.0, 0.0);
     for number in 0..2 {
-        for out in run(&probe, source, TABLE, number, &[], PIXELS).chunks(2) {
-            let [sum, difference, any, _] = out[0].map(f64::from);
+        for out in run(probe, source, TABLE, number, &[], PIXELS).chunks(2) {
+            let [sum, difference, any, ratio] = out[0].map(f64::from);
             if any > 0.0 {
                 worst[0] = worst[0].max((sum - 1.0).abs());
                 worst[1] = worst[1].max(difference.abs());
+                worst[2] = worst[2].max(ratio.abs());
             }
             met += f64::from(out[1][0]);
             missed += f64::from(out[1][1]);
         }
     }
-    [worst[0], worst[1], missed / met]
+    [worst[0], worst[1], worst[2], missed / met]
 }
 
 #[test]
 fn tables_draw_distances_by_the_density_that_they_tell() {
     let Some(a) = adapter() else { return };
-    let errors = table_errors(&a, &standard(), 6.0);
-    assert!(errors[0] < 0.02 && errors[1] < 1e-3, "{errors:?}");
+    let probe = probe(&a, 6.0);
+    let errors = table_errors(&standard(), &probe);
+    assert!(errors[0] < 0.02 && errors[1] < 1e-3 && errors[2] < 1e-3, "{errors:?}");
     let plants = [
-        (
-            "let density = span.mass / ((span.high - span.low) * (table.far - table.near));",
-            "let density = span.mass / (table.far - table.near);",
-        ),
-        ("mix(knots[k], knots[k + 1u], share)", "mix(knots[k], knots[k + 1u], share * share)"),
+        ("reuse/table", "rate * exp(-wanted) / max(opacity, 1e-30)", "exp(-wanted) / max(opacity, 1e-30)"),
+        ("reuse/table", "let wanted = leg_inverse(u * opacity);", "let wanted = leg_inverse(u * u * opacity);"),
+        ("reuse/leg", "return mix(m.before_grey, m.grey, share);", "return m.grey;"),
     ];
-    for (from, to) in plants {
-        let errors = table_errors(&a, &plant("reuse/table", from, to).source, 6.0);
-        assert!(errors[0] > 0.1 || errors[1] > 0.01, "{to}: {errors:?}");
+    for (file, from, to) in plants {
+        let errors = table_errors(&plant(file, from, to).source, &probe);
+        assert!(errors[0] > 0.1 || errors[1] > 0.01 || errors[2] > 0.01, "{to}: {errors:?}");
     }
 }
 
-/// Distances reach all that a pixel's rays meet: where they do not, light is lost.
+/// Distances reach all that a ray meets: where they do not, light is lost.
 #[test]
-fn tables_reach_all_that_the_pixel_sees() {
+fn tables_reach_all_that_a_ray_meets() {
     let Some(a) = adapter() else { return };
-    // Pixels from a fifth of a voxel to three wide.
-    for distance in [6.0, 12.0, 24.0, 60.0] {
-        let missed = table_errors(&a, &standard(), distance)[2];
-        assert_eq!(missed, 0.0, "from {distance}");
+    let probes = [probe(&a, 6.0), probe(&a, 60.0), probe_of(&a, 500.0, slices([120, 70, 220], 40, 1))];
+    for probe in &probes {
+        assert_eq!(table_errors(&standard(), probe)[3], 0.0);
     }
-    let centre = plant(
-        "reuse/table",
-        "let begin = ends.x;\n    let end = max(ends.y, begin);",
-        "let begin = ray.t;\n    let end = max(ray.exit, begin);",
-    );
-    assert!(table_errors(&a, &centre.source, 12.0)[2] > 1e-3);
+    let late = plant("reuse/leg", "return LegMarch(ray.t, 0.0", "return LegMarch(mix(ray.t, far, 0.2), 0.0");
+    assert!(table_errors(&late.source, &probes[0])[3] > 1e-3);
+}
+
+/// Blocks of voxels in slices `every` voxels apart and so many thick.
+fn slices(size: [u32; 3], every: u32, thick: u32) -> nephele::volume::Dense {
+    let mut dense = random_dense(size, 4);
+    for (i, value) in (0..).zip(&mut dense.data) {
+        if i % size[0] % every >= thick {
+            *value = 0.0;
+        }
+    }
+    dense
 }
 
 /// The share of the medium that lies beyond what legs say is the end of it, in slices of a volume of `size` voxels.
 fn beyond_legs(a: &Adapter, source: &Source, size: [u32; 3]) -> f64 {
-    const EVERY: u32 = 190;
-    let mut dense = random_dense(size, 4);
-    for (i, value) in (0..).zip(&mut dense.data) {
-        if i % size[0] % EVERY > 5 {
-            *value = 0.0;
-        }
-    }
-    let probe = probe_of(a, 6.0, dense);
+    let probe = probe_of(a, 6.0, slices(size, 190, 6));
     let outputs = run(&probe, source, LEG, 5, &[], 100_000);
     let sum = |i: usize| outputs.chunks(2).map(|o| f64::from(o[0][i])).sum::<f64>();
     sum(1) / sum(0)
@@ -257,8 +256,28 @@ fn legs_end_where_the_medium_ends() {
     for size in [[13, 12, 11], [70, 60, 50], [1100, 9, 8]] {
         assert_eq!(beyond_legs(&a, &standard(), size), 0.0, "{size:?}");
     }
-    let planted = plant("proxy/dense", "min(t + first * exp2(level), far)", "min(t + first * exp2(f32(i / 2u)), far)");
+    let planted = plant("reuse/leg", "min(wanted, proxy_coarsest())", "wanted + 4.0");
     assert!(beyond_legs(&a, &planted.source, [1100, 9, 8]) > 0.01);
+}
+
+/// Flights that end where they should not, and the greatest error of their densities in the mean over many.
+fn flight_errors(a: &Adapter, source: &Source) -> [f64; 2] {
+    const FLIGHTS: usize = 100_000;
+    let outputs = run(&probe(a, 6.0), source, FLIGHT, 7, &[], FLIGHTS);
+    let sum = |i: usize| outputs.chunks(2).map(|o| f64::from(o[0][i])).sum::<f64>() / FLIGHTS as f64;
+    [sum(0), sum(1).abs()]
+}
+
+#[test]
+fn flights_have_the_density_that_they_tell() {
+    let Some(a) = adapter() else { return };
+    let errors = flight_errors(&a, &standard());
+    assert!(errors[0] < 1e-3 && errors[1] < 0.01, "{errors:?}");
+    let plants = [("rate * exp(-wanted));", "rate);"), ("let wanted = leg_inverse(u);", "let wanted = u;")];
+    for (from, to) in plants {
+        let errors = flight_errors(&a, &plant("reuse/leg", from, to).source);
+        assert!(errors[0] > 0.01 || errors[1] > 0.05, "{to}: {errors:?}");
+    }
 }
 
 #[test]

@@ -186,6 +186,14 @@ fn a_banner_stays_clear_of_the_drawer() {
 }
 
 #[test]
+fn dropping_the_history_says_where_there_is_none() {
+    let mut harness = default_window(1280.0, 800.0);
+    keys(&mut harness, Modifiers::SHIFT, Key::H);
+    assert!(harness.query_by_label_contains("There is no history to drop").is_some());
+    assert_eq!(harness.state().scene, Scene::default(), "it is no setting");
+}
+
+#[test]
 fn tab_shows_and_hides_the_panel_and_moves_no_focus() {
     let mut harness = default_window(1280.0, 800.0);
     for shown in [false, true, false] {

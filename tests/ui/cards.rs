@@ -208,7 +208,7 @@ fn status_banner_tools_and_timeline_answer() {
                 let bar = StatusBar {
                     progress: Some(0.5),
                     cells: &cells,
-                    trust: Trust::Biased("ray marching"),
+                    trust: Trust::Biased { by: "ray marching", tip: "Transmittance: ray marching" },
                     adapter: "llvmpipe · Vulkan",
                     software: true,
                 };
@@ -242,6 +242,22 @@ fn status_banner_tools_and_timeline_answer() {
     assert_eq!(state.banner, [BannerAnswer::Act]);
     assert_eq!(state.timeline, [TimelineAnswer::Seek(4), TimelineAnswer::Play, TimelineAnswer::Seek(9)]);
     harness.get_by_label("a_very_long_name_of_a_cloud.vdb density");
+}
+
+#[test]
+fn the_word_on_trust_names_the_settings() {
+    let tip = "Free flight: ray marching of free flights\nTransmittance: jackknife transmittance";
+    let mut harness = sized(1280.0, (), |ui, ()| {
+        let trust = Trust::Biased { by: "2 settings", tip };
+        StatusBar { progress: None, cells: &[], trust, adapter: "x", software: false }.show(ui);
+    });
+    harness.run();
+    let word = harness.get_by_label("biased: 2 settings");
+    assert_eq!(word.accesskit_node().description().as_deref(), Some(tip), "for screen readers");
+    word.hover();
+    // Longer than a tooltip takes to come.
+    harness.run_steps(60);
+    assert!(harness.query_by_label_contains("Free flight: ray marching").is_some(), "under the pointer");
 }
 
 #[test]

@@ -17,7 +17,9 @@ fn a_legend_tells_its_numbers() {
         unit: "",
         range,
         median_at: 0.4,
+        waits: "counting begins",
         log: false,
+        names: &[],
         colour: &heat::colour,
     };
     for (range, said) in [
@@ -25,6 +27,29 @@ fn a_legend_tells_its_numbers() {
         (None, "Lookups per sample: counting begins"),
     ] {
         let mut harness = sized(640.0, (), move |ui, ()| legend(range).show(ui, ui.max_rect()));
+        harness.run_steps(3);
+        assert!(harness.query_by_label(said).is_some(), "{said}");
+    }
+}
+
+#[test]
+fn a_legend_of_names_lists_them() {
+    let look = heat::look(nephele::scene::Overlay::Source).expect("an overlay");
+    for (range, said) in [
+        (Some([0.0, 1.0, 3.0]), "Path source: none, its own, frame before, neighbour"),
+        (None, "Path source: no frame has reused paths"),
+    ] {
+        let legend = Legend {
+            name: look.name,
+            unit: look.unit,
+            range,
+            median_at: 0.0,
+            waits: look.waits(),
+            log: look.is_log(),
+            names: look.names(),
+            colour: &heat::colour,
+        };
+        let mut harness = sized(640.0, (), move |ui, ()| legend.show(ui, ui.max_rect()));
         harness.run_steps(3);
         assert!(harness.query_by_label(said).is_some(), "{said}");
     }

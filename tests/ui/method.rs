@@ -1,23 +1,27 @@
 //! The section Method: only the rows that the chosen estimators use, other settings that follow a choice which does not
 //! fit them, and "biased" wherever a person may look.
 
-use egui::vec2;
+use egui::accesskit::Role;
+use egui::{Key, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+use nephele::app::actions::Action;
 use nephele::app::facts::Facts;
-use nephele::app::panels::{self, Open, State};
+use nephele::app::panels::{self, Open, State, Wish};
 use nephele::app::rows::{Rows, fitted};
 use nephele::app::theme;
-use nephele::scene::value::Value;
-use nephele::scene::{Analytic, Control, FreeFlight, MajorantKind, Scene, Tracking, Transmittance};
+use nephele::scene::value::{Kind, Value};
+use nephele::scene::{Analytic, Control, FreeFlight, MajorantKind, Mode, Restir, Scene, Tracking, Transmittance};
 
+/// Room for all rows.
+const TALL: f32 = 1400.0;
 /// Longer than folding takes.
 const MOST_STEPS: u64 = 200;
 
 fn method<'a>(scene: Scene, facts: Facts) -> Harness<'a, Scene> {
     let open = Open([false, false, false, false, true, false, false]);
     let mut harness = Harness::builder()
-        .with_size(vec2(360.0, 900.0))
+        .with_size(vec2(360.0, TALL))
         .with_context_setup(theme::install)
         .with_step_dt(1.0 / 60.0)
         .with_max_steps(MOST_STEPS)
@@ -37,6 +41,12 @@ fn method<'a>(scene: Scene, facts: Facts) -> Harness<'a, Scene> {
 fn tracked(change: impl FnOnce(&mut Tracking)) -> Scene {
     let mut scene = Scene::default();
     change(&mut scene.tracking);
+    scene
+}
+
+fn reused() -> Scene {
+    let mut scene = Scene::default();
+    scene.integrator.mode = Mode::Restir;
     scene
 }
 
@@ -142,8 +152,86 @@ fn biased_is_said_in_the_header_the_row_and_the_list() {
     assert_eq!(header(&harness).as_deref(), Some("biased: ray marching of shadow rays, changed"));
     assert_eq!(harness.get_by_label("Transmittance").value().as_deref(), Some("Ray marching, biased"));
     assert!(harness.query_by_label_contains("Biased by ray marching of shadow rays").is_some());
+    choose(&mut harness, "Free flight", "Ray marching, biased");
+    assert_eq!(header(&harness).as_deref(), Some("biased: 2 settings, changed"));
+    choose(&mut harness, "Free flight", "Delta");
     choose(&mut harness, "Transmittance", "Telescoping");
     assert_eq!(header(&harness).as_deref(), Some("unbiased, changed"));
+}
+
+/// What the Method section of `scene` wishes after `press` was done.
+fn wishes(scene: Scene, press: &str) -> Option<Vec<Wish>> {
+    let open = Open([false, false, false, false, true, false, false]);
+    let mut harness = Harness::builder()
+        .with_size(vec2(360.0, TALL))
+        .with_context_setup(theme::install)
+        .with_step_dt(1.0 / 60.0)
+        .with_max_steps(MOST_STEPS)
+        .build_ui_state(
+            move |ui, (scene, wishes): &mut (Scene, Vec<Wish>)| {
+                let defaults = Scene::default();
+                let mut rows =
+                    Rows { scene, defaults: &defaults, automatic: &|_| None, size: 1.0, dragging: false, browse: None };
+                let state = State::default();
+                wishes.extend(panels::show(ui, &mut rows, &Facts::default(), &mut open.clone(), &state));
+            },
+            (scene, Vec::new()),
+        );
+    harness.run();
+    harness.query_by_label(press)?.click();
+    harness.run();
+    Some(harness.state().1.clone())
+}
+
+#[test]
+fn every_setting_of_reuse_has_a_row_that_changes_it() {
+    let path = method(Scene::default(), Facts::default());
+    for row in Restir::ROWS {
+        let name = if row.symbol.is_empty() { row.label.into() } else { format!("{} {}", row.label, row.symbol) };
+        assert!(path.query_by_label(&name).is_none(), "mode path shows {name}");
+        let mut harness = method(reused(), Facts::default());
+        let key = format!("restir.{}", row.key);
+        let before = harness.state().get(&key);
+        match row.kind {
+            Kind::Bool => {
+                harness.get_by_role_and_label(Role::CheckBox, &name).click();
+                harness.run();
+            }
+            Kind::Choice(choices) => {
+                let other = choices.last().expect("a choice has some");
+                harness.get_by_role_and_label(Role::RadioButton, other.label).click();
+                harness.run();
+            }
+            _ => {
+                harness.get_by_label(&name).focus();
+                harness.run();
+                for arrow in [Key::ArrowRight, Key::ArrowLeft] {
+                    if harness.state().get(&key) == before {
+                        harness.key_press(arrow);
+                        harness.run();
+                    }
+                }
+            }
+        }
+        let after = harness.state();
+        assert_ne!(after.get(&key), before, "{name} changes nothing");
+        assert_eq!(after.check(), Ok(()));
+        let layers = after.changes(&reused());
+        assert!(layers.accumulation, "{name} draws nothing anew");
+    }
+    // Stages that are off have no rows.
+    let mut off = reused();
+    (off.restir.temporal, off.restir.spatial) = (false, false);
+    let harness = method(off, Facts::default());
+    for name in ["Cap", "Permute", "Neighbours k", "Reach h"] {
+        assert!(harness.query_by_label(name).is_none(), "{name}");
+    }
+}
+
+#[test]
+fn the_history_is_dropped_where_there_is_one() {
+    assert_eq!(wishes(Scene::default(), "Kept paths: Drop"), None, "mode path keeps none");
+    assert_eq!(wishes(reused(), "Kept paths: Drop"), Some(vec![Wish::Act(Action::DropHistory)]));
 }
 
 #[test]

@@ -14,8 +14,8 @@ use crate::app::widgets::{
     Tip, Wipe, chips, segments, versus,
 };
 use crate::render::Renderer;
+use crate::scene::Scene;
 use crate::scene::value::{Setting, Value};
-use crate::scene::{Scene, Tracking};
 
 /// The plot is shown where the viewport has this size at least, points.
 const PLOT_ROOM: egui::Vec2 = egui::vec2(420.0, 400.0);
@@ -38,14 +38,15 @@ fn choose<T: Setting + Copy>(ui: &mut Ui, key: &str, all: &[T], names: &[crate::
 }
 
 /// A method in a few words.
-fn method(tracking: &Tracking) -> String {
-    let words = format!(
-        "{} · {} · {}",
-        tracking.free_flight.label(),
-        tracking.transmittance.label().to_lowercase(),
-        tracking.majorant.label().to_lowercase()
-    );
-    if tracking.bias().is_some() { format!("{words} · biased") } else { words }
+fn method(scene: &Scene) -> String {
+    let (mode, tracking) = (scene.integrator.mode, &scene.tracking);
+    let mut words = vec![tracking.free_flight.label(), tracking.transmittance.label(), tracking.majorant.label()];
+    if mode.reuses() {
+        words.insert(0, mode.label());
+    }
+    let rest = words[1..].iter().map(|word| format!(" · {}", word.to_lowercase())).collect::<String>();
+    let biased = if scene.biases().is_empty() { "" } else { " · biased" };
+    format!("{}{rest}{biased}", words[0])
 }
 
 /// Time, samples and error on one line.
@@ -131,7 +132,7 @@ impl App {
     pub(in crate::app) fn lab_overlays(&mut self, ui: &mut Ui, rect: Rect, area: Rect) {
         let Some(b) = self.lab.scene_b(&self.scene) else { return };
         let trouble = b.check().err();
-        let methods = [method(&self.scene.tracking), method(&b.tracking)];
+        let methods = [method(&self.scene), method(&b)];
         let figures = [progress(self.engine.as_ref(), None), progress(self.b.as_ref(), trouble)];
         let chip = |i: usize| Chip { method: &methods[i], figures: &figures[i] };
         match self.lab_view(ui) {
@@ -187,8 +188,8 @@ impl App {
     /// What the plot is for, in one sentence: number, words, interval.
     fn verdict(&self, sides: &[Option<&Engine>; 2], b: &Scene, axis: Axis) -> [String; 3] {
         let words = |text: &str| [String::new(), text.to_owned(), String::new()];
-        let biased = [self.scene.bias(), b.bias()];
-        if let Some(i) = biased.iter().position(Option::is_some) {
+        let biased = [!self.scene.biases().is_empty(), !b.biases().is_empty()];
+        if let Some(i) = biased.iter().position(|biased| *biased) {
             return words(&format!("{} is biased: its variance is not its error", ["A", "B"][i]));
         }
         let (what, cost): (_, fn(&Point) -> f64) = match axis {
@@ -370,10 +371,12 @@ mod tests {
 
     #[test]
     fn a_biased_method_says_so() {
-        let mut tracking = Tracking::default();
-        assert_eq!(method(&tracking), "Delta · ratio · grid");
-        tracking.transmittance = crate::scene::Transmittance::Jackknife;
-        assert!(method(&tracking).ends_with("biased"));
+        let mut scene = Scene::default();
+        assert_eq!(method(&scene), "Delta · ratio · grid");
+        scene.tracking.transmittance = crate::scene::Transmittance::Jackknife;
+        assert!(method(&scene).ends_with("biased"));
+        scene.integrator.mode = crate::scene::Mode::Restir;
+        assert!(method(&scene).starts_with("Reuse · delta · jackknife"));
     }
 
     #[test]

@@ -28,6 +28,8 @@ pub struct Cell<'a> {
     pub tone: Tone,
     /// What a click opens and a screen reader adds, such as "Samples".
     pub name: &'a str,
+    /// What it means, under the pointer; "": nothing to say.
+    pub tip: &'a str,
     /// Where there is no room for all, cells of the highest rank go first.
     pub rank: u8,
 }
@@ -46,8 +48,13 @@ impl Cell<'_> {
 pub enum Trust<'a> {
     /// The method is unbiased.
     Unbiased,
-    /// It is not, because of this: "ray marching".
-    Biased(&'a str),
+    /// It is not.
+    Biased {
+        /// Because of this: "ray marching of shadow rays", "2 settings".
+        by: &'a str,
+        /// Which settings, a line each.
+        tip: &'a str,
+    },
     /// Not to be judged yet, with the reason: "preview: 4 bounces".
     Preview(&'a str),
 }
@@ -112,10 +119,10 @@ impl StatusBar<'_> {
         }
         let y = rect.center().y + PROGRESS / 2.0;
         let mut clicked = None;
-        let (trust_word, trust_ink, trust_icon) = match self.trust {
-            Trust::Unbiased => ("unbiased".to_owned(), theme.ok, icon::OK),
-            Trust::Biased(why) => (format!("biased: {why}"), theme.warn, icon::WARN),
-            Trust::Preview(why) => (why.to_owned(), theme.text2, icon::INFO),
+        let (trust_word, trust_tip, trust_ink, trust_icon) = match self.trust {
+            Trust::Unbiased => ("unbiased".to_owned(), "", theme.ok, icon::OK),
+            Trust::Biased { by, tip } => (format!("biased: {by}"), tip, theme.warn, icon::WARN),
+            Trust::Preview(why) => (why.to_owned(), "", theme.text2, icon::INFO),
         };
         let trust_width = text_width(ui, &trust_word, Type::SmallValue) + ICON + size::SPACE;
         let share = if rect.width() < size::COMPACT_BELOW { RIGHT_SHARE_NARROW } else { RIGHT_SHARE };
@@ -125,7 +132,7 @@ impl StatusBar<'_> {
         let adapter = Rect::from_x_y_ranges(right - adapter_width..=right, rect.y_range());
         let ink = if self.software { theme.warn } else { theme.text3 };
         text_within(ui, pos2(adapter.left(), y), adapter_width + 0.5, self.adapter, Type::Small, ink);
-        if button(ui, adapter, "adapter", &format!("Adapter {}", self.adapter)) {
+        if button(ui, adapter, "adapter", &format!("Adapter {}", self.adapter), "") {
             clicked = Some(StatusClick::Adapter);
         }
         let trust_right = adapter.left() - if adapter_width > 0.0 { size::PADDING + 4.0 } else { 0.0 };
@@ -133,7 +140,7 @@ impl StatusBar<'_> {
         icon_at(ui, pos2(trust.left() + ICON / 2.0, y), trust_icon, Type::SmallIcon, trust_ink);
         let word = pos2(trust.right(), y);
         text_at(ui, word, Align2::RIGHT_CENTER, &trust_word, Type::SmallValue, trust_ink);
-        if button(ui, trust, "trust", &trust_word) {
+        if button(ui, trust, "trust", &trust_word, trust_tip) {
             clicked = Some(StatusClick::Trust);
         }
         let widths: Vec<(f32, f32)> = self.cells.iter().map(|cell| cell.width(ui)).collect();
@@ -144,7 +151,7 @@ impl StatusBar<'_> {
             let place = Rect::from_x_y_ranges(left..=left + whole, rect.y_range());
             self.cell(ui, cell, place, left + figure, y);
             let value = if cell.value.is_empty() { super::number::UNKNOWN } else { cell.value };
-            if button(ui, place, i, format!("{} {value} {}", cell.name, cell.unit).trim()) {
+            if button(ui, place, i, format!("{} {value} {}", cell.name, cell.unit).trim(), cell.tip) {
                 clicked = Some(StatusClick::Cell(i));
             }
             left = place.right() + GAP;
@@ -178,10 +185,14 @@ impl StatusBar<'_> {
     }
 }
 
-/// Makes `rect` a button; its text is already there.
-fn button(ui: &Ui, rect: Rect, salt: impl std::hash::Hash + std::fmt::Debug, name: &str) -> bool {
+/// Makes `rect` a button; its text is already there. `tip` tells more under the pointer, and to screen readers.
+fn button(ui: &Ui, rect: Rect, salt: impl std::hash::Hash + std::fmt::Debug, name: &str, tip: &str) -> bool {
     let id = ui.make_persistent_id(("status", format!("{salt:?}")));
-    let response = ui.interact(rect, id, Sense::click()).on_hover_cursor(CursorIcon::PointingHand);
+    let mut response = ui.interact(rect, id, Sense::click()).on_hover_cursor(CursorIcon::PointingHand);
+    if !tip.is_empty() {
+        response = response.on_hover_text(tip);
+        ui.ctx().accesskit_node_builder(id, |node| node.set_description(tip));
+    }
     response.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), name));
     if response.hovered() {
         let y = ui.painter().round_to_pixel_center(rect.bottom() - 4.0);

@@ -74,9 +74,9 @@ fn far_clouds_keep_their_edges() {
     let course = Course { name: "frame 1", last: 1, histories: 800, at: &still };
     stage.holds(&course);
     let planted = support::plant(
-        "reuse/table",
-        "let begin = ends.x;\n    let end = max(ends.y, begin);",
-        "let begin = ray.t;\n    let end = max(ray.exit, begin);",
+        "reuse/candidates",
+        "    table_build(ray);\n",
+        "    let centre = view_ray(position, VIEW_CENTRE);\n    table_build(ray_new(centre.origin, centre.world));\n",
     );
     let mut r = renderer(&a, &planted.source, &scene, Some(field()), false);
     assert!(stage.with(&mut r).sees(&Course { name: "edges of the centre's ray", ..course }));

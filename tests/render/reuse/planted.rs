@@ -71,7 +71,7 @@ fn errors_of_histories_are_seen() {
             "shading with the proxy",
             "reuse/shade",
             "parts.value * kept.weight * arrived * reached",
-            "parts.value * kept.weight * table_transmittance(table, kept.path.t) * table_mean(leg.depth)",
+            "parts.value * kept.weight * exp(-leg_march(before, kept.path.t).grey - leg_march(onward, onward.exit).grey)",
         ),
         (
             "temporal without MIS weights",
@@ -87,9 +87,9 @@ fn errors_of_histories_are_seen() {
         ),
         (
             "the table's density",
-            "reuse/candidates",
-            "    var density = table_density(table, t);\n",
-            "    var density = 0.9 * table_density(table, t);\n",
+            "reuse/table",
+            "rate * exp(-wanted) / max(opacity, 1e-30)",
+            "0.9 * rate * exp(-wanted) / max(opacity, 1e-30)",
         ),
     ];
     all_are_seen(&a, &mut stage, &course, &plants);
@@ -135,8 +135,8 @@ fn errors_of_second_vertices_are_seen() {
         (
             "no phase function in the density",
             "reuse/onset",
-            "(phase_value(dot(view.world, onward)) * flight)",
-            "(0.5 * flight)",
+            "(phase_value(dot(view.world, onward)) * leg.density)",
+            "(0.5 * leg.density)",
         ),
         (
             "no density of the first distance",

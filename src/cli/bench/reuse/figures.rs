@@ -339,6 +339,7 @@ pub mod tests {
             square: vec![[20.0, 20.0, 20.0, 10.0]; 2],
             extra: vec![],
             cost: vec![],
+            reservoirs: vec![],
         };
         let reference = Reference::of(&sums);
         near(reference.quality.noise, 1.0 / 9.0 / 1.01);

@@ -281,6 +281,7 @@ pub mod tests {
             square: vec![[8.0, 8.0, 8.0, 4.0], [36.0, 36.0, 36.0, 4.0]],
             extra: Vec::new(),
             cost: Vec::new(),
+            reservoirs: Vec::new(),
         };
         let counters = Counters { lookups: 16, null_collisions: 6, real_collisions: 2, ..Counters::default() };
         let r = Round::of(&Trace { wall: 2.0, cpu: None, counters, sums }, 3.0);

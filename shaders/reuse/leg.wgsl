@@ -1,0 +1,139 @@
+// Transmittance of legs from afar. Looks are close together, and at fine cells, where light is lost, and far apart where there
+// is nothing or what is there is deep: about thirty look along a whole ray. The places of looks depend on nothing but the ray, so
+// that a leg's transmittance to any distance is the same number whoever asks.
+//!use core/params
+//!use core/ray
+//!slot spectrum
+//!slot proxy
+
+const LEG_LOSS: f32 = 0.1;      // the share of light that one look may take, else cells are asked that are finer
+const LEG_THIN: f32 = 0.25;     // the part of it below which the next look may be coarser
+const LEG_COARSE: f32 = 16.0;   // looks of the coarsest level along a ray, at least
+const LEG_BUDGET: u32 = 64u;    // looks after which none is made finer
+const LEG_MOST: u32 = 128u;     // looks at most; the last one stands for the rest
+const LEG_DEEP: f32 = 8.0;      // optical depth of the weakest channel beyond which it grows by its logarithm: no path
+                                // may be impossible
+const LEG_SMALL: f32 = 1e-3;    // of an optical depth, below which a series is more precise
+
+// How far a ray has been looked along.
+struct LegMarch {
+    t: f32,
+    grey: f32,         // −log of the transmittance to there
+    before_t: f32,     // the same where the last stretch begins
+    before_grey: f32,
+    depth: f32,        // optical depth of the strongest channel
+    start: f32,        // what has been met lies between these
+    end: f32,
+    far: f32,          // where it ends
+    finest: f32,       // length of a look at the finest level
+    top: f32,          // the coarsest that is asked
+    level: f32,
+    looks: u32,
+}
+
+// −log of the transmittance, channels averaged, of an optical depth of the strongest; never infinite.
+fn leg_grey(depth: f32) -> f32 {
+    let e = spectrum_extinction();
+    let deep = LEG_DEEP / params.proxy_weakest;
+    let d = select(deep + log(1.0 + max(depth - deep, 0.0)), depth, depth < deep);
+    return select(-log(spectrum_mean(exp(-e * d))), spectrum_mean(e) * d, d < LEG_SMALL);
+}
+
+// 1 − exp(−x), precise for small x too.
+fn leg_opacity(x: f32) -> f32 {
+    return select(1.0 - exp(-x), x * (1.0 - 0.5 * x), x < LEG_SMALL);
+}
+
+// −log(1 − y), the inverse.
+fn leg_inverse(y: f32) -> f32 {
+    return select(-log(1.0 - y), y * (1.0 + 0.5 * y), y < LEG_SMALL);
+}
+
+// From `ray.t` to `far`; `fine`: whether what is near counts most, as where a ray begins in the medium.
+fn leg_begin(ray: Ray, far: f32, fine: bool) -> LegMarch {
+    let finest = max(proxy_finest(ray, far), 1e-30);
+    let wanted = floor(log2(max((far - ray.t) / (LEG_COARSE * finest), 1.0)));
+    let top = min(wanted, proxy_coarsest());
+    return LegMarch(ray.t, 0.0, ray.t, 0.0, 0.0, ray.t, ray.t, far, finest, top, select(top, 0.0, fine), 0u);
+}
+
+// Whether there is more to look at.
+fn leg_goes_on(m: LegMarch) -> bool {
+    return m.t < m.far && m.looks < LEG_MOST;
+}
+
+// A look. False: too much was lost, and the next looks closer.
+fn leg_advance(ray: Ray, march: ptr<function, LegMarch>) -> bool {
+    let m = *march;
+    let t = select(min(m.t + m.finest * exp2(m.level), m.far), m.far, m.looks + 1u == LEG_MOST);
+    let piece = proxy_depth(ray, m.t, t, m.level);
+    let depth = m.depth + piece;
+    let grey = leg_grey(depth);
+    let loss = exp(-m.grey) * leg_opacity(grey - m.grey);
+    (*march).looks = m.looks + 1u;
+    if (loss > LEG_LOSS && m.level > 0.0 && m.looks < LEG_BUDGET) {
+        (*march).level = max(m.level - ceil(log2(loss / LEG_LOSS)), 0.0);
+        return false;
+    }
+    (*march).before_t = m.t;
+    (*march).before_grey = m.grey;
+    (*march).t = t;
+    (*march).grey = grey;
+    (*march).depth = depth;
+    (*march).start = select(m.start, select(m.start, m.t, piece > 0.0), m.depth == 0.0);
+    (*march).end = select(m.end, t, piece > 0.0);
+    (*march).level = min(m.level + select(0.0, 1.0, loss < LEG_THIN * LEG_LOSS), m.top);
+    return true;
+}
+
+// All of a leg that begins in the medium.
+fn leg_march(ray: Ray, far: f32) -> LegMarch {
+    var m = leg_begin(ray, far, true);
+    for (var i = 0u; i < LEG_MOST; i++) {
+        if (!leg_goes_on(m)) {
+            break;
+        }
+        leg_advance(ray, &m);
+    }
+    return m;
+}
+
+// Along a camera's ray up to the stretch that holds t.
+fn leg_camera(ray: Ray, t: f32) -> LegMarch {
+    var m = leg_begin(ray, proxy_end(ray), false);
+    for (var i = 0u; i < LEG_MOST; i++) {
+        if (!leg_goes_on(m) || m.t >= t) {
+            break;
+        }
+        leg_advance(ray, &m);
+    }
+    return m;
+}
+
+// −log of the transmittance to t, in the last stretch of a march.
+fn leg_within(m: LegMarch, t: f32) -> f32 {
+    let share = clamp((t - m.before_t) / max(m.t - m.before_t, 1e-30), 0.0, 1.0);
+    return mix(m.before_grey, m.grey, share);
+}
+
+// A collision on a leg.
+struct LegFlight {
+    met: bool,
+    t: f32,
+    density: f32,  // with which t was drawn, per length
+}
+
+// The collision that u in [0, 1) draws from there to `far`, if any: the transmittance to it is 1 − u.
+fn leg_flight(ray: Ray, far: f32, fine: bool, u: f32) -> LegFlight {
+    let wanted = leg_inverse(u);
+    var m = leg_begin(ray, far, fine);
+    for (var i = 0u; i < LEG_MOST; i++) {
+        if (!leg_goes_on(m) || m.grey > wanted) {
+            break;
+        }
+        leg_advance(ray, &m);
+    }
+    let rate = (m.grey - m.before_grey) / max(m.t - m.before_t, 1e-30);
+    let t = clamp(m.before_t + (wanted - m.before_grey) / max(rate, 1e-30), m.before_t, m.t);
+    return LegFlight(m.grey > wanted, t, rate * exp(-wanted));
+}
