@@ -4,6 +4,7 @@
 //!slot medium
 
 const PROXY_EXACT: bool = true;
+const PROXY_LEAST: f32 = 0.0;    // the finest level
 const PROXY_ENDLESS: f32 = 1e6;  // stands for an endless optical depth; small enough to be multiplied by 0
 const PROXY_DEEP: f32 = 24.0;    // optical depth beyond which nothing is seen
 const PROXY_REST: f32 = 1e-6;    // share of the depth of an endless ray that is left away

@@ -71,8 +71,8 @@ fn leg_advance(ray: Ray, march: ptr<function, LegMarch>) -> bool {
     let grey = leg_grey(depth);
     let loss = exp(-m.grey) * leg_opacity(grey - m.grey);
     (*march).looks = m.looks + 1u;
-    if (loss > LEG_LOSS && m.level > 0.0 && m.looks < LEG_BUDGET) {
-        (*march).level = max(m.level - ceil(log2(loss / LEG_LOSS)), 0.0);
+    if (loss > LEG_LOSS && m.level > PROXY_LEAST && m.looks < LEG_BUDGET) {
+        (*march).level = max(m.level - ceil(log2(loss / LEG_LOSS)), PROXY_LEAST);
         return false;
     }
     (*march).before_t = m.t;

@@ -3,7 +3,7 @@
 //!use core/rng
 //!use core/math
 //!use core/ray
-//!slot phase
+//!use light/toward
 //!slot proxy
 //!use reuse/leg
 //!use reuse/target
@@ -29,13 +29,12 @@ fn onset_offer(onset: ptr<function, Onset>, t: f32, strength: f32, density: f32,
 // 1 / density, and the sum of weights so far.
 fn onset_go(pixel: u32, view: View, onset: Onset, sum: f32, rng: ptr<function, Rng>) {
     let vertex = view.origin + ray_local(view.world) * onset.t;
-    let drop = phase_drop(rng);
-    let onward = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(rng));
+    let onward = toward_sample(vertex, view.world, rng);
     let walk = ray_new(vertex, onward);
     let leg = leg_flight(walk, select(0.0, proxy_end(walk), onset.strength > 0.0), true, rng_next(rng));
     let second = ray_at(walk, leg.t);
     // Per volume: density · r² is the density along the leg.
-    let inverse = onset.sum / onset.strength * leg.t * leg.t / (phase_value(dot(view.world, onward)) * leg.density);
+    let inverse = onset.sum / onset.strength * leg.t * leg.t / (toward_pdf(vertex, view.world, onward) * leg.density);
     let found = leg.met && target_density(second) > 0.0 && inverse > 0.0 && inverse < MATH_FAR;
     reservoir_far[2u * pixel] = vec4u(bitcast<vec3u>(second), bitcast<u32>(onset.t));
     reservoir_far[2u * pixel + 1u] = vec4u(bitcast<u32>(select(0.0, inverse, found)), bitcast<u32>(sum), 0u, 0u);

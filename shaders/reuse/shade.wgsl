@@ -1,13 +1,14 @@
 // Last pass of a frame: the light of each pixel's path with true transmittances, and what the camera sees through the medium.
 // Only here are random numbers drawn for a value that the resampling did not know: E[f̂·W] = E[E[f̂ | path]·W].
 //
-// These estimates are most of what noise is left, so they get the best estimator there is: a power series around equidistant
-// tracking of whole legs (track/comb), whose error falls much faster than its looks grow.
+// Noise of these estimates is noise of the picture, so they are exact by default (track/exact). In volumes of very many voxels a
+// power series around equidistant tracking (track/comb) looks less often.
 //!use core/params
 //!use core/rng
 //!use core/math
 //!use core/ray
 //!use track/comb
+//!use track/exact
 //!use reuse/target
 //!use reuse/frame
 //!use film/film
@@ -16,18 +17,14 @@ const SHADE_STREAM: u32 = 0x3c6ef372u;
 const SHADE_SPACING: f32 = 2.0;    // optical depth of the majorant between looks, times the setting's walks
 const SHADE_DEEP: f32 = 0.1;       // the same as a share of a leg's own, for legs that hardly let light through
 
-// Transmittance from `ray.t` to `far`.
+// Transmittance from `ray.t` to `far`: exact, or by so many looks for each SHADE_SPACING of the majorant's optical depth.
 fn shade_leg(ray: Ray, far: f32, walks: u32, rng: ptr<function, Rng>, count: ptr<function, Count>) -> vec3f {
-    if (PROXY_EXACT) {
-        return vec3f(exp(-spectrum_extinction() * select(0.0, proxy_depth(ray, ray.t, far, 0.0), far > ray.t)));
+    if (PROXY_EXACT || walks == 0u) {
+        return vec3f(exact_transmittance(ray, far, count));
     }
-    let seen = leg_march(ray, far);
-    // It begins where there is anything, so that distances stay small however far the camera is.
-    var leg = ray;
-    leg.origin = ray_at(ray, seen.start);
-    leg.t = 0.0;
-    leg.exit = seen.end - seen.start;
-    return vec3f(comb_transmittance(leg, leg.exit, max(SHADE_SPACING / f32(walks), SHADE_DEEP * seen.depth), rng, count));
+    let leg = exact_near(ray, far);
+    let spacing = max(SHADE_SPACING / f32(walks), SHADE_DEEP * leg_march(leg, leg.exit).depth);
+    return vec3f(comb_transmittance(leg, leg.exit, spacing, rng, count));
 }
 
 @compute @workgroup_size(8, 8)

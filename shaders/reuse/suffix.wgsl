@@ -7,7 +7,9 @@
 //!use core/rng
 //!use core/math
 //!use core/ray
+//!use light/toward
 //!use track/step
+//!use track/exact
 //!use reuse/target
 //!use reuse/frame
 //!slot aim
@@ -19,9 +21,9 @@ const SUFFIX_TRACK: u32 = 0u;
 const SUFFIX_SHADOW: u32 = 1u;
 const SUFFIX_DONE: u32 = 2u;
 
-const SUFFIX_SHADOW_SHARE: f32 = 0.5;     // these six as in integrate/path
-const SUFFIX_SHADOW_FLOOR: f32 = 0.02;
-const SUFFIX_SHADOW_ROULETTE: f32 = 0.1;
+const SUFFIX_SHADOW_SHARE: f32 = 5.0;     // ten times that of integrate/path, and the next too: what is found is kept for
+const SUFFIX_SHADOW_FLOOR: f32 = 0.5;     // many frames
+const SUFFIX_SHADOW_ROULETTE: f32 = 0.1;  // these four as in integrate/path
 const SUFFIX_ROULETTE: f32 = 0.1;
 const SUFFIX_SLACK: u32 = 12288u;
 const SUFFIX_LIGHT_ROUNDS: u32 = 5u;
@@ -94,21 +96,13 @@ fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
     var behind = false;
 
     if (inverse > 0.0 && LIGHT_SAMPLED) {
+        // Exact, and always: what is kept over many frames is worth it.
         let sample = light_sample(path.second, &rng);
-        let expected = math_max3(abs(sample.value)) * light_factor(sample, phase_value(dot(world, sample.direction)))
-            / params.light_reference;
-        let chance = clamp(SUFFIX_SHADOW_SHARE * expected, SUFFIX_SHADOW_FLOOR, 1.0);
-        if (expected > 0.0 && rng_next(&rng) < chance) {
-            pending = sample.value / chance;
-            lit_towards = sample.direction;
-            lit_pdf = sample.pdf;
-            toward = sample.direction;
-            limit = sample.distance;
-            turns = true;
-            scatter = false;
-            mode = SUFFIX_SHADOW;
-            shadows = 1u;
-        }
+        let leg = ray_new(path.second, sample.direction);
+        lit = sample.value * vec3f(exact_transmittance(leg, min(leg.exit, sample.distance), &count));
+        lit_towards = sample.direction;
+        lit_pdf = sample.pdf;
+        shadows = 1u;
     }
     var paused: PausePath;
     let goes_on = pause_take(pixel, frame.frame, &paused);
@@ -125,7 +119,6 @@ fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
         bounces = paused.bounces;
         phase_pdf = paused.phase_pdf;
         radiance = paused.radiance;
-        lit = paused.single;
         chosen = reservoir_unfold(vec2f(paused.reached, bitcast<f32>(more.z)));
         limit = MATH_FAR;
         mode = SUFFIX_TRACK;
@@ -136,10 +129,12 @@ fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
             break;
         }
         if (scatter) {
-            let drop = phase_drop(&rng);
-            phase_pdf = phase_value(1.0 - drop);
-            world = math_around_drop(world, drop, 2.0 * MATH_PI * rng_next(&rng));
-            world = select(world, reservoir_unfold(reservoir_fold(world)), bounces == 2u);
+            let drawn = toward_sample(ray.origin, world, &rng);
+            let onward = select(drawn, reservoir_unfold(reservoir_fold(drawn)), bounces == 2u);
+            phase_pdf = phase_value(dot(world, onward));
+            // The second vertex's is part of the path's density.
+            throughput *= select(phase_pdf / toward_pdf(ray.origin, world, onward), 1.0, bounces == 2u);
+            world = onward;
             chosen = select(chosen, world, bounces == 2u);
             toward = world;
             limit = MATH_FAR;
@@ -203,12 +198,7 @@ fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
                 }
             }
         } else if (done && mode == SUFFIX_SHADOW) {
-            let arrived = pending * played * vec3f(transmittance_value(transmittance));
-            if (bounces == 2u) {
-                lit = arrived;
-            } else {
-                radiance += arrived;
-            }
+            radiance += pending * played * vec3f(transmittance_value(transmittance));
             scatter = true;
         } else if (done) {
             if (bounces == 2u) {
@@ -233,7 +223,7 @@ fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
     if (behind) {
         let on = reservoir_fold(chosen);
         let left = PausePath(
-            ray.origin, depth, toward, phase_pdf, throughput, on.x, radiance, bounces, lit, rng.state, flight_pack(flight),
+            ray.origin, depth, toward, phase_pdf, throughput, on.x, radiance, bounces, vec3f(0.0), rng.state, flight_pack(flight),
         );
         pause_leave(pixel, frame.frame, left);
         reservoir_far[2u * pixel + 1u].z = bitcast<u32>(on.y);
@@ -249,7 +239,7 @@ fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
     path.kind = select(RESERVOIR_INSIDE_2, RESERVOIR_ESCAPE_2, escaped);
     path.omega = chosen;
     path.value = radiance;
-    let around = phase_value(dot(before, chosen));
+    let around = toward_pdf(path.second, before, chosen);
     suffix_offer(position, &kept, &sum, path, inverse / max(around, 1e-30), rng_next(&rng));
     kept.weight = select(0.0, sum / kept.aim, kept.aim > 0.0);
     reservoir_store(pixel, kept);

@@ -3,55 +3,10 @@
 //!use core/params
 //!use core/math
 //!use core/ray
-//!use track/count
-//!use medium/dual
-//!slot majorant
+//!use track/exact
 //!use reuse/frame
 //!use aim/marched
 //!use film/film
-
-const FINISH_MOST: u32 = 16384u;  // cells and stretches of a leg, a guard
-const FINISH_TAPS: u32 = 2u;      // lookups of a cell
-
-// Transmittance from `start.t` to `far`.
-fn finish_through(start: Ray, far: f32, count: ptr<function, Count>) -> vec3f {
-    var ray = start;
-    var depth = 0.0;
-    if (PROXY_EXACT) {
-        depth = select(0.0, proxy_depth(ray, ray.t, far, 0.0), far > ray.t);
-        return vec3f(exp(-spectrum_extinction() * depth));
-    }
-    var segment: Segment;
-    var end = ray.t;
-    for (var i = 0u; i < FINISH_MOST; i++) {
-        if (ray.t >= end) {
-            if (end >= far) {
-                break;
-            }
-            segment = majorant_segment(ray);
-            end = max(min(segment.far, far), ray.t);
-            (*count).steps += 1u;
-        }
-        var next = end;
-        if (segment.bound > 0.0 && end > ray.t) {
-            next = min(dual_exit(ray, ray.t), end);
-            depth += dual_depth(ray, ray.t, next) * params.sigma;
-            (*count).lookups += FINISH_TAPS;
-        }
-        ray.t = next;
-    }
-    (*count).caps += select(0u, 1u, ray.t < far);
-    return vec3f(exp(-spectrum_extinction() * depth));
-}
-
-// A ray up to `far`, from where it meets the medium: t stays small however far the camera is.
-fn finish_near(ray: Ray, far: f32) -> Ray {
-    var near = ray;
-    near.origin = ray_at(ray, ray.t);
-    near.exit = min(ray.exit, far) - ray.t;
-    near.t = 0.0;
-    return near;
-}
 
 @compute @workgroup_size(8, 8)
 fn finish_main(@builtin(global_invocation_id) id: vec3u) {
@@ -68,10 +23,12 @@ fn finish_main(@builtin(global_invocation_id) id: vec3u) {
     let holds = kept.aim > 0.0 && kept.weight != 0.0;
     let through = kept.path.kind == MARCHED_THROUGH;
 
-    let before = finish_near(ray_new(parts.view.origin, parts.view.world), select(kept.path.t, MATH_FAR, through));
-    let arrived = finish_through(before, select(0.0, before.exit, holds), &count);
+    let before = ray_new(parts.view.origin, parts.view.world);
+    let end = select(0.0, min(before.exit, select(kept.path.t, MATH_FAR, through)), holds);
+    let arrived = vec3f(exact_transmittance(before, end, &count));
     let onward = ray_new(parts.vertex, parts.onward);
-    let reached = finish_through(onward, select(0.0, min(onward.exit, parts.reach), holds && !through), &count);
+    let far = select(0.0, min(onward.exit, parts.reach), holds && !through);
+    let reached = vec3f(exact_transmittance(onward, far, &count));
     var value = parts.value;
     if (through) {
         value = light_background(parts.view.world, -1.0);

@@ -81,8 +81,8 @@ section! {
         history: History = History::Spatial, label("History"), effect(Effect::Reuse);
         /// Voxels along the side of the finest cell of the density from afar, by which paths are weighed.
         proxy_cell: u32 = 2, label("Proxy cell"), unit("voxels"), range(2.0, 8.0), effect(Effect::Method);
-        /// Looks at the density in the last step, which estimates true transmittances along the chosen path: so many for an optical depth of 2 of the majorant.
-        final_samples: u32 = 2, label("Final looks"), range(1.0, 16.0), effect(Effect::Reuse);
+        /// The last step estimates true transmittances along the chosen path by so many looks at the density for an optical depth of 2 of the majorant. 0: exactly, from voxel to voxel.
+        final_samples: u32 = 0, label("Final looks"), range(0.0, 16.0), effect(Effect::Reuse);
         /// A second vertex is kept where the leg to it is longer than this times the way that the first vertex moved, before and after.
         reconnect_distance: f64 = 1.0, label("Reconnect"), range(0.0, 8.0), effect(Effect::Reuse);
         /// Frames of a still picture that reuse paths.

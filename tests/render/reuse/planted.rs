@@ -135,7 +135,7 @@ fn errors_of_second_vertices_are_seen() {
         (
             "no phase function in the density",
             "reuse/onset",
-            "(phase_value(dot(view.world, onward)) * leg.density)",
+            "(toward_pdf(vertex, view.world, onward) * leg.density)",
             "(0.5 * leg.density)",
         ),
         (

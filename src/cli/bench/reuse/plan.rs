@@ -17,7 +17,8 @@ const LOOKS: [(&str, &str); 2] = [("disney-cloud", "Disney cloud"), ("smoke-colu
 /// Scatterings at most.
 pub const BOUNCES: [u32; 2] = [1, 3];
 /// Shadow estimators that the path tracer may choose from.
-pub const SHADOWS: [Transmittance; 3] = [Transmittance::Ratio, Transmittance::Delta, Transmittance::ResidualRatio];
+pub const SHADOWS: [Transmittance; 4] =
+    [Transmittance::Ratio, Transmittance::Delta, Transmittance::ResidualRatio, Transmittance::Regular];
 /// Degrees that a moving camera turns about its target from one frame to the next.
 pub const TURN: f64 = 1.0;
 /// Frames of a still picture that are averaged.
