@@ -71,7 +71,8 @@ fn marched_onward(parts: Target, strength: f32, look: vec2f) -> f32 {
     return marched_seen(ray, min(ray.exit, select(0.0, parts.reach, strength > 0.0)), look);
 }
 
-fn aim_value(pixel: vec2u, path: Path) -> f32 {
+// What a path is worth to a pixel.
+fn marched_value(pixel: vec2u, path: Path) -> f32 {
     let through = path.kind == MARCHED_THROUGH;
     let parts = target_parts(pixel, path);
     var strength = marched_strength(parts);
@@ -83,4 +84,15 @@ fn aim_value(pixel: vec2u, path: Path) -> f32 {
     let reach = select(select(0.0, path.t, strength > 0.0), ray.exit, through);
     let aim = strength * marched_seen(ray, min(ray.exit, reach), MARCHED_REUSE) * onward;
     return select(0.0, aim, aim < MATH_FAR);
+}
+
+// What the known factors of a path that scatters make of it.
+fn aim_strength(parts: Target) -> f32 {
+    return marched_strength(parts);
+}
+
+// The transmittance of both of its legs.
+fn aim_legs(pixel: vec2u, path: Path, parts: Target) -> f32 {
+    let ray = ray_new(parts.view.origin, parts.view.world);
+    return marched_seen(ray, min(ray.exit, path.t), MARCHED_REUSE) * marched_onward(parts, 1.0, MARCHED_REUSE);
 }

@@ -35,3 +35,11 @@ fn rng_next(rng: ptr<function, Rng>) -> f32 {
 fn rng_depth(rng: ptr<function, Rng>) -> f32 {
     return -log(1.0 - rng_next(rng));
 }
+
+// Four numbers.
+fn rng_four(rng: ptr<function, Rng>) -> vec4f {
+    let a = rng_next(rng);
+    let b = rng_next(rng);
+    let c = rng_next(rng);
+    return vec4f(a, b, c, rng_next(rng));
+}

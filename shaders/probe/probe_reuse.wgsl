@@ -65,9 +65,18 @@ fn probe_reuse_pack(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     );
 }
 
-// A ray's table: ∫ of the density of distances, told by drawing them evenly; the share lost before a drawn distance against
-// the number that drew it; the transmittance to it against that of the leg; and whether distances reach a random point in the
-// medium (1: they do not).
+// The stretch of the table that holds a distance.
+fn probe_reuse_stretch(t: f32) -> u32 {
+    var k = 1u;
+    while (k < table_count && table_t[k] < t) {
+        k += 1u;
+    }
+    return k;
+}
+
+// A ray's table: ∫ of the density of distances over what is drawn, told by drawing them evenly; the share lost before a drawn
+// distance against the number that drew it; the transmittance to it against that of the leg; and whether distances reach a random
+// point in the medium (1: they do not).
 fn probe_reuse_table(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let position = vec2u(i % params.width, i / params.width);
     let film = rng_bits(rng);
@@ -81,23 +90,25 @@ fn probe_reuse_table(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let step = 1e-3;
     let on = table_sample(min(u + step, 0.9999));
     var sum = 0.0;
+    var share = 0.0;
     for (var k = 0u; k < PROBE_REUSE_STEPS; k++) {
         let a = table_sample((f32(k) + 0.25) / f32(PROBE_REUSE_STEPS));
         let b = table_sample((f32(k) + 0.75) / f32(PROBE_REUSE_STEPS));
-        sum += (b.t - a.t) * 0.5 * (a.density + b.density);
+        // Between stretches the density jumps.
+        let same = probe_reuse_stretch(a.t) == probe_reuse_stretch(b.t);
+        sum += select(0.0, (b.t - a.t) * 0.5 * (a.density + b.density), same);
+        share += select(0.0, 0.5 / f32(PROBE_REUSE_STEPS), same);
     }
     let leg = target_camera(position, film, drawn.t);
     let t = mix(ray.t, ray.exit, rng_next(rng));
     let density = select(0.0, target_density(ray_at(ray, t)), ray.exit > ray.t);
-    var k = 1u;
-    while (k < table_count && table_t[k] < t) {
-        k += 1u;
-    }
+    let k = probe_reuse_stretch(t);
     let outside = t < table_t[0] || t > table_t[table_count];
     let missed = density > 0.0 && (outside || !(table_grey[k] > table_grey[k - 1u]));
     let any = select(0.0, 1.0, table_any());
+    let drawn_share = select(1.0, sum / share, share > 0.0);
     return array<vec4f, 2>(
-        vec4f(2.0 * sum, select(0.0, lost - u, table_opacity() > 0.01), any, leg / drawn.transmittance - 1.0),
+        vec4f(drawn_share, select(0.0, lost - u, table_opacity() > 0.01), any, leg / drawn.transmittance - 1.0),
         vec4f(density, select(0.0, density, missed), t, on.t - drawn.t),
     );
 }

@@ -1,5 +1,5 @@
 // First pass of a frame: candidates for paths of one scattering, one of which is kept (resampled importance sampling, Talbot
-// 2005); and the way to a second vertex, from where reuse/suffix goes on.
+// 2005); and distances from where reuse/suffix goes on.
 //!use core/params
 //!use core/rng
 //!use core/math
@@ -32,7 +32,7 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
     kept.path.omega = vec3f(0.0, 1.0, 0.0);
     kept.confidence = 1.0;
     var sum = 0.0;
-    // For paths that go on, one of the distances by what is there.
+    // For paths that go on, some of the distances by what is there.
     var onset = Onset();
 
     // Light samples and, where scattering may find light, phase samples: each kind has its own stretches of the table.
@@ -49,7 +49,7 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
         let vertex = view.origin + ray_local(view.world) * path.t;
         if (REUSE_SECOND) {
             let strength = target_density(vertex) * drawn.transmittance;
-            onset_offer(&onset, path.t, strength, drawn.density * f32(all), rng_next(&rng));
+            onset_offer(&onset, path.t, strength, drawn.density * f32(all), rng_four(&rng));
         }
         let drop = phase_drop(&rng);
         path.omega = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
@@ -72,10 +72,8 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
     }
     kept.weight = select(0.0, sum / kept.aim, kept.aim > 0.0);
 
+    reservoir_store(pixel, kept);
     if (REUSE_SECOND) {
-        reservoir_store_near(pixel, kept);
-        onset_go(pixel, view, onset, sum, &rng);
-    } else {
-        reservoir_store(pixel, kept);
+        onset_leave(pixel, onset, frame.suffixes);
     }
 }

@@ -13,7 +13,7 @@ struct Frame {
     walks: u32,          // of the last step
     permute: u32,        // 1: histories are read from a neighbour now and then
     old_lights: u32,     // where the frame before's lights begin in the list
-    unused: u32,
+    suffixes: u32,       // second vertices that a pixel tries
 }
 
 @group(0) @binding(2) var<uniform> frame_previous: Params;

@@ -1,41 +1,48 @@
-// The way to a second vertex: from one of the distances at which a ray may scatter, on to where reuse/suffix takes over.
+// The way to second vertices: some of the distances at which a ray may scatter, for reuse/suffix to go on from.
 //!use core/params
-//!use core/rng
-//!use core/math
-//!use core/ray
-//!use light/toward
-//!slot proxy
-//!use reuse/leg
-//!use reuse/target
 
-// One distance of those offered.
+// Two words for a pixel: of up to four distances each with the weight that choosing it has left; 0 where there is none, or none
+// any more.
+@group(3) @binding(14) var<storage, read_write> onset_list: array<vec4f>;
+
+const ONSET_MOST: u32 = 4u;
+
+// Of all distances that were offered, four drawn one by one (resampled importance sampling).
 struct Onset {
-    t: f32,
-    strength: f32,
-    sum: f32,       // of strength over density
+    t: vec4f,
+    strength: vec4f,
+    sum: f32,         // of strength over density
 }
 
-// Offers a distance of a strength, drawn with a density.
-fn onset_offer(onset: ptr<function, Onset>, t: f32, strength: f32, density: f32, u: f32) {
+// Offers a distance of a strength, drawn with a density; `u`: random numbers.
+fn onset_offer(onset: ptr<function, Onset>, t: f32, strength: f32, density: f32, u: vec4f) {
     let share = select(0.0, strength / density, density > 0.0);
     (*onset).sum += share;
-    if (u * (*onset).sum < share) {
-        (*onset).t = t;
-        (*onset).strength = strength;
-    }
+    let takes = u * (*onset).sum < vec4f(share);
+    (*onset).t = select((*onset).t, vec4f(t), takes);
+    (*onset).strength = select((*onset).strength, vec4f(strength), takes);
 }
 
-// A scattering and a flight from afar, so that its density is known. Leaves for reuse/suffix: second vertex, distance;
-// 1 / density, and the sum of weights so far.
-fn onset_go(pixel: u32, view: View, onset: Onset, sum: f32, rng: ptr<function, Rng>) {
-    let vertex = view.origin + ray_local(view.world) * onset.t;
-    let onward = toward_sample(vertex, view.world, rng);
-    let walk = ray_new(vertex, onward);
-    let leg = leg_flight(walk, select(0.0, proxy_end(walk), onset.strength > 0.0), true, rng_next(rng));
-    let second = ray_at(walk, leg.t);
-    // Per volume: density · r² is the density along the leg.
-    let inverse = onset.sum / onset.strength * leg.t * leg.t / (toward_pdf(vertex, view.world, onward) * leg.density);
-    let found = leg.met && target_density(second) > 0.0 && inverse > 0.0 && inverse < MATH_FAR;
-    reservoir_far[2u * pixel] = vec4u(bitcast<vec3u>(second), bitcast<u32>(onset.t));
-    reservoir_far[2u * pixel + 1u] = vec4u(bitcast<u32>(select(0.0, inverse, found)), bitcast<u32>(sum), 0u, 0u);
+// Leaves the first `count` for a pixel.
+fn onset_leave(pixel: u32, onset: Onset, count: u32) {
+    let good = (onset.strength > vec4f(0.0)) & (vec4u(0u, 1u, 2u, 3u) < vec4u(count));
+    let weight = onset.sum / (onset.strength * f32(count));
+    let t = select(vec4f(0.0), onset.t, good);
+    onset_list[2u * pixel] = vec4f(t.x, weight.x, t.y, weight.y);
+    onset_list[2u * pixel + 1u] = vec4f(t.z, weight.z, t.w, weight.w);
+}
+
+// Number i of a pixel: distance and weight.
+fn onset_take(pixel: u32, i: u32) -> vec2f {
+    let words = onset_list[2u * pixel + i / 2u];
+    return select(words.xy, words.zw, (i & 1u) == 1u);
+}
+
+// Strikes it out.
+fn onset_strike(pixel: u32, i: u32) {
+    if ((i & 1u) == 1u) {
+        onset_list[2u * pixel + i / 2u].z = 0.0;
+    } else {
+        onset_list[2u * pixel + i / 2u].x = 0.0;
+    }
 }

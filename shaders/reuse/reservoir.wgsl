@@ -95,14 +95,10 @@ fn reservoir_load(pixel: u32) -> Reservoir {
     return reservoir_unpack(reservoir_near[2u * pixel], reservoir_near[2u * pixel + 1u], c, d);
 }
 
-fn reservoir_store_near(pixel: u32, r: Reservoir) {
+fn reservoir_store(pixel: u32, r: Reservoir) {
     let words = reservoir_pack(r);
     reservoir_near[2u * pixel] = words[0];
     reservoir_near[2u * pixel + 1u] = words[1];
-}
-
-fn reservoir_store(pixel: u32, r: Reservoir) {
-    reservoir_store_near(pixel, r);
     if (REUSE_SECOND) {
         reservoir_far[2u * pixel] = vec4u(bitcast<vec3u>(r.path.second), 0u);
         reservoir_far[2u * pixel + 1u] = vec4u(bitcast<vec3u>(r.path.value), 0u);

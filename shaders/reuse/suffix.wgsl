@@ -1,6 +1,7 @@
-// Second pass of a frame, where paths may scatter more than once: from the second vertex on, the path tracer's own paths.
-// Two candidates come of it, a light sample and the direction that scattering chose, each with the radiance that one path
-// found there; that estimate is part of the sample, with its random numbers, and never made again.
+// Second pass of a frame, where paths may scatter more than once: a flight from each distance that was left for it, and from the
+// second vertex on the path tracer's own paths. Two candidates come of each, a light sample and the direction that scattering
+// chose, with the radiance that one path found there; that estimate is part of the sample, with its random numbers, and never
+// made again.
 //
 // The loop is that of integrate/path. A path that a dispatch could not end goes on in the next, and the reservoir with it.
 //!use core/params
@@ -10,6 +11,8 @@
 //!use light/toward
 //!use track/step
 //!use track/exact
+//!use reuse/leg
+//!use reuse/onset
 //!use reuse/target
 //!use reuse/frame
 //!slot aim
@@ -17,6 +20,7 @@
 //!use film/pause
 
 const SUFFIX_STREAM: u32 = 0x2c1b3c6du;
+const SUFFIX_NEXT: u32 = 0x9e3779b9u;   // tells one suffix of a pixel from the next
 const SUFFIX_TRACK: u32 = 0u;
 const SUFFIX_SHADOW: u32 = 1u;
 const SUFFIX_DONE: u32 = 2u;
@@ -28,11 +32,20 @@ const SUFFIX_ROULETTE: f32 = 0.1;
 const SUFFIX_SLACK: u32 = 12288u;
 const SUFFIX_LIGHT_ROUNDS: u32 = 5u;
 
-// Offers a path to the reservoir; `inverse` is one over the density that drew it.
+// What a dispatch has done for a pixel.
+struct SuffixWork {
+    count: Count,
+    reals: u32,
+    shadows: u32,
+    passes: u32,
+    rounds: u32,
+}
+
+// Offers a path with legs of that transmittance to the reservoir; `inverse` is one over the density that drew it.
 fn suffix_offer(
-    pixel: vec2u, kept: ptr<function, Reservoir>, sum: ptr<function, f32>, path: Path, inverse: f32, u: f32,
+    pixel: vec2u, kept: ptr<function, Reservoir>, sum: ptr<function, f32>, path: Path, legs: f32, inverse: f32, u: f32,
 ) {
-    let aim = aim_value(pixel, path);
+    let aim = aim_strength(target_parts(pixel, path)) * legs;
     let w = aim * inverse;
     let good = w > 0.0 && w < MATH_FAR;
     *sum += select(0.0, w, good);
@@ -42,38 +55,36 @@ fn suffix_offer(
     }
 }
 
-@compute @workgroup_size(8, 8)
-fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
-    params = params_uniform;
-    light_begin(0u);
-    let position = id.xy;
-    if (position.x >= params.width || position.y >= params.height) {
-        return;
-    }
+// One suffix of a pixel from a distance and its weight. False: it goes on in the next dispatch.
+fn suffix_follow(
+    position: vec2u, onset: vec2f, key: u32, kept: ptr<function, Reservoir>, sum: ptr<function, f32>,
+    work: ptr<function, SuffixWork>,
+) -> bool {
     let pixel = position.y * params.width + position.x;
     let frame = frame_uniform;
-    let start = reservoir_far[2u * pixel];
-    let more = reservoir_far[2u * pixel + 1u];
-    let inverse = bitcast<f32>(more.x);
-    var sum = bitcast<f32>(more.y);
-    if (more.w != 0u) {
-        // Done in an earlier dispatch of this frame.
-        return;
+    var rng = rng_start(pixel, frame.frame, params.seed ^ key);
+    // A scattering, and a flight from afar, so that its density is known.
+    let film = (*kept).path.film;
+    let view = view_ray(position, film);
+    let vertex = view.origin + ray_local(view.world) * onset.x;
+    let before = toward_sample(vertex, view.world, &rng);
+    let walk = ray_new(vertex, before);
+    let leg = leg_flight(walk, proxy_end(walk), true, rng_next(&rng));
+    var path = Path(RESERVOIR_INSIDE_2, 0u, film, onset.x, vec3f(0.0), ray_at(walk, leg.t), vec3f(0.0));
+    // Per volume: density · r² is the density along the leg.
+    let inverse = onset.y * leg.t * leg.t / (toward_pdf(vertex, view.world, before) * leg.density);
+    if (!leg.met || target_density(path.second) <= 0.0 || !(inverse > 0.0 && inverse < MATH_FAR)) {
+        return true;
     }
-    let near = reservoir_near[2u * pixel];
-    var path = Path(RESERVOIR_INSIDE_2, 0u, near.y, bitcast<f32>(start.w), vec3f(0.0), bitcast<vec3f>(start.xyz), vec3f(0.0));
-    let view = view_ray(position, path.film);
-    let before = normalize(view_world(path.second - (view.origin + ray_local(view.world) * path.t)));
 
-    var rng = rng_start(pixel, frame.frame, params.seed ^ SUFFIX_STREAM);
     var ray: Ray;
     ray.origin = path.second;
     var world = before;
     var turns = false;
-    var scatter = inverse > 0.0;
+    var scatter = true;
     var toward = vec3f(0.0);
     var limit = MATH_FAR;
-    var mode = select(SUFFIX_DONE, SUFFIX_TRACK, inverse > 0.0);
+    var mode = SUFFIX_TRACK;
     var flight = flight_start(&rng);
     var depth = rng_depth(&rng);
     var throughput = vec3f(1.0);
@@ -88,25 +99,24 @@ fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
     var pending = vec3f(0.0);
     var transmittance = transmittance_begin();
     var played = 1.0;
-    var count = Count();
-    var reals = 0u;
-    var shadows = 0u;
-    var passes = 0u;
-    var rounds = 0u;
+    var count = (*work).count;
+    var reals = (*work).reals;
+    var shadows = (*work).shadows;
+    var passes = (*work).passes;
+    var rounds = (*work).rounds;
     var behind = false;
 
-    if (inverse > 0.0 && LIGHT_SAMPLED) {
+    if (LIGHT_SAMPLED) {
         // Exact, and always: what is kept over many frames is worth it.
         let sample = light_sample(path.second, &rng);
         let leg = ray_new(path.second, sample.direction);
         lit = sample.value * vec3f(exact_transmittance(leg, min(leg.exit, sample.distance), &count));
         lit_towards = sample.direction;
         lit_pdf = sample.pdf;
-        shadows = 1u;
+        shadows += 1u;
     }
     var paused: PausePath;
-    let goes_on = pause_take(pixel, frame.frame, &paused);
-    if (goes_on) {
+    if (pause_take(pixel, frame.frame, &paused)) {
         rng.state = paused.state;
         ray.origin = paused.origin;
         toward = paused.toward;
@@ -119,15 +129,10 @@ fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
         bounces = paused.bounces;
         phase_pdf = paused.phase_pdf;
         radiance = paused.radiance;
-        chosen = reservoir_unfold(vec2f(paused.reached, bitcast<f32>(more.z)));
-        limit = MATH_FAR;
-        mode = SUFFIX_TRACK;
+        chosen = reservoir_unfold(vec2f(paused.reached, paused.single.x));
     }
 
-    loop {
-        if (mode == SUFFIX_DONE) {
-            break;
-        }
+    while (mode != SUFFIX_DONE) {
         if (scatter) {
             let drawn = toward_sample(ray.origin, world, &rng);
             let onward = select(drawn, reservoir_unfold(reservoir_fold(drawn)), bounces == 2u);
@@ -213,35 +218,62 @@ fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
         mode = select(mode, SUFFIX_DONE, ends);
     }
 
-    film_count(FILM_LOOKUPS, count.lookups);
-    film_count(FILM_NULLS, count.nulls);
-    film_count(FILM_REALS, reals);
-    film_count(FILM_STEPS, count.steps);
-    film_count(FILM_SHADOWS, shadows);
-    film_count(FILM_VIOLATIONS, count.violations);
-    film_count(FILM_CAPPED, count.caps);
+    *work = SuffixWork(count, reals, shadows, passes, rounds);
     if (behind) {
         let on = reservoir_fold(chosen);
         let left = PausePath(
-            ray.origin, depth, toward, phase_pdf, throughput, on.x, radiance, bounces, vec3f(0.0), rng.state, flight_pack(flight),
+            ray.origin, depth, toward, phase_pdf, throughput, on.x, radiance, bounces, vec3f(on.y, 0.0, 0.0), rng.state,
+            flight_pack(flight),
         );
         pause_leave(pixel, frame.frame, left);
-        reservoir_far[2u * pixel + 1u].z = bitcast<u32>(on.y);
-        film_count(FILM_BEHIND, 1u);
-        return;
+        return false;
     }
-
-    var kept = reservoir_unpack(near, reservoir_near[2u * pixel + 1u], vec4u(0u), vec4u(0u));
+    // Both paths have the same legs.
+    let legs = aim_legs(position, path, target_parts(position, path));
     path.kind = select(RESERVOIR_DELTA_2, RESERVOIR_BRIGHT_2, lit_pdf > 0.0);
     path.omega = reservoir_unfold(reservoir_fold(lit_towards));
     path.value = lit;
-    suffix_offer(position, &kept, &sum, path, inverse / select(1.0, lit_pdf, lit_pdf > 0.0), rng_next(&rng));
+    suffix_offer(position, kept, sum, path, legs, inverse / select(1.0, lit_pdf, lit_pdf > 0.0), rng_next(&rng));
     path.kind = select(RESERVOIR_INSIDE_2, RESERVOIR_ESCAPE_2, escaped);
     path.omega = chosen;
     path.value = radiance;
     let around = toward_pdf(path.second, before, chosen);
-    suffix_offer(position, &kept, &sum, path, inverse / max(around, 1e-30), rng_next(&rng));
+    suffix_offer(position, kept, sum, path, legs, inverse / max(around, 1e-30), rng_next(&rng));
+    return true;
+}
+
+@compute @workgroup_size(8, 8)
+fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
+    params = params_uniform;
+    light_begin(0u);
+    let position = id.xy;
+    if (position.x >= params.width || position.y >= params.height) {
+        return;
+    }
+    let pixel = position.y * params.width + position.x;
+    var kept = reservoir_load(pixel);
+    var sum = kept.aim * kept.weight;
+    var work = SuffixWork();
+    for (var i = 0u; i < frame_uniform.suffixes; i++) {
+        let onset = onset_take(pixel, i);
+        // Those that an earlier dispatch has done are struck out.
+        if (onset.x <= 0.0) {
+            continue;
+        }
+        let waits = work.rounds >= PATH_MOST_ROUNDS;
+        if (waits || !suffix_follow(position, onset, SUFFIX_STREAM + i * SUFFIX_NEXT, &kept, &sum, &work)) {
+            film_count(FILM_BEHIND, 1u);
+            break;
+        }
+        onset_strike(pixel, i);
+    }
     kept.weight = select(0.0, sum / kept.aim, kept.aim > 0.0);
     reservoir_store(pixel, kept);
-    reservoir_far[2u * pixel + 1u].w = 1u;
+    film_count(FILM_LOOKUPS, work.count.lookups);
+    film_count(FILM_NULLS, work.count.nulls);
+    film_count(FILM_REALS, work.reals);
+    film_count(FILM_STEPS, work.count.steps);
+    film_count(FILM_SHADOWS, work.shadows);
+    film_count(FILM_VIOLATIONS, work.count.violations);
+    film_count(FILM_CAPPED, work.count.caps);
 }

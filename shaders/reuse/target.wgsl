@@ -74,21 +74,29 @@ fn target_parts(pixel: vec2u, path: Path) -> Target {
     return Target(select(vec3f(0.0), value, known), view, vertex, onward, reach);
 }
 
-// The target of a path whose camera leg has that transmittance.
-fn target_given(pixel: vec2u, path: Path, camera: f32) -> f32 {
-    let parts = target_parts(pixel, path);
-    let strength = math_mean3(abs(parts.value));
-    // Nothing to look for: the ray ends where it begins.
-    let reach = select(0.0, parts.reach, strength > 0.0);
+// What the known factors of a path make of it.
+fn target_strength(parts: Target) -> f32 {
+    return math_mean3(abs(parts.value));
+}
+
+// The transmittance of the onward leg from afar; a leg of no `strength` is not looked along.
+fn target_onward(parts: Target, strength: f32) -> f32 {
     let ray = ray_new(parts.vertex, parts.onward);
-    let aim = strength * camera * exp(-leg_march(ray, min(ray.exit, reach)).grey);
-    return select(0.0, aim, aim < MATH_FAR);
+    return exp(-leg_march(ray, min(ray.exit, select(0.0, parts.reach, strength > 0.0))).grey);
 }
 
 // The transmittance from the camera to distance t, from afar.
 fn target_camera(pixel: vec2u, film: u32, t: f32) -> f32 {
     let view = view_ray(pixel, film);
     return exp(-leg_within(leg_camera(ray_new(view.origin, view.world), t), t));
+}
+
+// The target of a path whose camera leg has that transmittance.
+fn target_given(pixel: vec2u, path: Path, camera: f32) -> f32 {
+    let parts = target_parts(pixel, path);
+    let strength = target_strength(parts);
+    let aim = strength * camera * target_onward(parts, strength);
+    return select(0.0, aim, aim < MATH_FAR);
 }
 
 // The target of a path in a pixel.

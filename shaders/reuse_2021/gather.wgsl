@@ -73,7 +73,7 @@ fn gather_main(@builtin(global_invocation_id) id: vec3u) {
         for (var j = 0u; j < pixels; j++) {
             var aim = theirs.aim;
             if (j != i && counts[j] > 0.0 && theirs.aim > 0.0) {
-                aim = aim_value(places[j], path);
+                aim = marched_value(places[j], path);
             }
             all_parts += counts[j] * aim;
             here = select(here, aim, j == 0u);

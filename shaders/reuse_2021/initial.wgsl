@@ -93,7 +93,7 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
         let vertex = view.origin + ray_local(view.world) * path.t;
         if (REUSE_SECOND) {
             let strength = select(0.0, target_density(vertex) * wanted, scattered);
-            onset_offer(&onset, path.t, strength, drawn * f32(walks), rng_next(&rng));
+            onset_offer(&onset, path.t, strength, drawn * f32(walks), rng_four(&rng));
         }
         let drop = phase_drop(&rng);
         path.omega = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
@@ -124,10 +124,9 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
     kept.path.t = select(kept.path.t, state.elsewhere, kept.path.kind == MARCHED_THROUGH);
     kept.weight = select(0.0, sum / kept.aim, kept.aim > 0.0);
     // From here on by the targets of reuse.
-    kept.aim = aim_value(position, kept.path);
-    sum = kept.aim * kept.weight;
-    reservoir_store_near(pixel, kept);
+    kept.aim = marched_value(position, kept.path);
+    reservoir_store(pixel, kept);
     if (REUSE_SECOND) {
-        onset_go(pixel, view, onset, sum, &rng);
+        onset_leave(pixel, onset, frame.suffixes);
     }
 }

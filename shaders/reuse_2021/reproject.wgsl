@@ -53,10 +53,10 @@ fn reproject_main(@builtin(global_invocation_id) id: vec3u) {
     var old = reproject_load(q.y * params.width + q.x);
     let there = view_ray(q, VIEW_CENTRE);
     let old_vertex = there.origin + ray_local(there.world) * old.path.t;
-    let own_there = aim_value(q, reproject_shift(own.path, vertex, there.origin, own.path.t));
+    let own_there = marched_value(q, reproject_shift(own.path, vertex, there.origin, own.path.t));
     params = params_uniform;
     let old_path = reproject_shift(old.path, old_vertex, here.origin, own.path.t);
-    let old_here = aim_value(position, old_path);
+    let old_here = marched_value(position, old_path);
 
     let c = min(old.confidence, frame.cap);
     let own_part = own.confidence * own.aim;

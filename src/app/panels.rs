@@ -13,10 +13,10 @@ use super::widgets::{
     readouts,
 };
 use crate::io::volume_file;
-use crate::render::tracking;
+use crate::render::{reuse, tracking};
 use crate::scene::value::Limit;
 use crate::scene::{
-    Analytic, Bias, FreeFlight, Light, MajorantKind, Mode, Phase, Procedural, Restir, Scene, Tracking, Transmittance,
+    Analytic, Bias, FreeFlight, Light, MajorantKind, Phase, Procedural, Scene, Tracking, Transmittance,
 };
 
 /// Which sections are open, in their order.
@@ -355,8 +355,11 @@ fn tracking_keys(tracking: &Tracking) -> Vec<&'static str> {
 }
 
 /// Settings of the stages of resampling that are on, where the mode takes them.
-fn restir_keys(mode: Mode, restir: &Restir) -> Vec<&'static str> {
-    let mut keys = vec!["restir.candidates", "restir.final_samples", "restir.temporal"];
+fn restir_keys(scene: &Scene) -> Vec<&'static str> {
+    let (mode, restir) = (scene.integrator.mode, &scene.restir);
+    let mut keys = vec!["restir.candidates"];
+    keys.extend(reuse::has_second(scene).then_some("restir.suffixes"));
+    keys.extend(["restir.final_samples", "restir.temporal"]);
     if restir.temporal {
         keys.extend(["restir.cap", "restir.edit_confidence", "restir.permute"]);
     }
@@ -387,7 +390,7 @@ fn mishaps(facts: &Facts, factor: f64) -> Vec<String> {
 fn method_section(ui: &mut Ui, rows: &mut Rows, facts: &Facts, state: &State, wishes: &mut Vec<Wish>) {
     rows.show(ui, "integrator.mode");
     if rows.scene.integrator.mode.reuses() {
-        for key in restir_keys(rows.scene.integrator.mode, &rows.scene.restir) {
+        for key in restir_keys(rows.scene) {
             rows.show(ui, key);
         }
         let text = "Forgets the paths that pixels keep from frame to frame, as at the first frame.";

@@ -30,7 +30,7 @@ gpu_struct! {
         walks: u32,
         permute: u32,
         old_lights: u32,
-        unused: u32,
+        suffixes: u32,
     }
 }
 
@@ -82,6 +82,7 @@ enum Bound {
     OtherFar = 11,
     Pairs = 12,
     Frame = 13,
+    Onsets = 14,
 }
 
 impl Pass {
@@ -115,10 +116,10 @@ impl Pass {
     }
 
     fn bound(self) -> &'static [Bound] {
-        use Bound::{Counters, Far, FilmSquare, FilmSum, Frame, Near, OtherFar, OtherNear, Pairs, Paused};
+        use Bound::{Counters, Far, FilmSquare, FilmSum, Frame, Near, Onsets, OtherFar, OtherNear, Pairs, Paused};
         match self {
-            Pass::Candidates | Pass::Initial => &[Near, Far, Frame],
-            Pass::Suffix => &[Counters, Paused, Near, Far, Frame],
+            Pass::Candidates | Pass::Initial => &[Near, Far, Frame, Onsets],
+            Pass::Suffix => &[Counters, Paused, Near, Far, Frame, Onsets],
             Pass::Temporal | Pass::Reproject | Pass::Gather => &[Near, Far, OtherNear, OtherFar, Frame],
             Pass::Pair => &[Near, Far, Pairs, Frame],
             Pass::Merge => &[Near, Far, OtherNear, OtherFar, Pairs, Frame],
@@ -212,6 +213,8 @@ pub struct Reuse {
     near: [wgpu::Buffer; 2],
     far: [wgpu::Buffer; 2],
     pairs: wgpu::Buffer,
+    /// Distances at which second vertices are begun.
+    onsets: wgpu::Buffer,
     frame: wgpu::Buffer,
     /// The uniform of the frame before.
     previous: wgpu::Buffer,
@@ -296,6 +299,7 @@ impl Reuse {
             second,
             near: [buffer("reservoirs", half), buffer("reservoirs", half)],
             far: [buffer("second vertices", far), buffer("second vertices", far)],
+            onsets: buffer("onsets", far),
             pairs: buffer("pairs", if own { 4 * pixels * u64::from(scene.restir.neighbours.max(1)) } else { EMPTY }),
             frame: gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("frame"),
@@ -330,7 +334,7 @@ impl Reuse {
 
     /// Bytes on the adapter.
     pub fn bytes(&self) -> u64 {
-        self.near.iter().chain(&self.far).chain([&self.pairs]).map(wgpu::Buffer::size).sum()
+        self.near.iter().chain(&self.far).chain([&self.pairs, &self.onsets]).map(wgpu::Buffer::size).sum()
     }
 
     /// The lights of the frame before, which follow those of the next in the list.
@@ -406,7 +410,7 @@ impl Reuse {
             walks: settings.final_samples,
             permute: u32::from(settings.permute),
             old_lights: if same_lights { 0 } else { lights.len() as u32 },
-            unused: 0,
+            suffixes: settings.suffixes,
         };
         self.number = self.number.wrapping_add(1);
         self.drawn = Some(Drawn { params: *params, lights: lights.to_vec(), scene: scene.clone() });
@@ -442,6 +446,7 @@ impl Reuse {
                     Bound::OtherNear => self.near[1 - own].as_entire_binding(),
                     Bound::OtherFar => self.far[1 - own].as_entire_binding(),
                     Bound::Pairs => self.pairs.as_entire_binding(),
+                    Bound::Onsets => self.onsets.as_entire_binding(),
                     Bound::Frame => self.frame.as_entire_binding(),
                 };
                 wgpu::BindGroupEntry { binding: bound as u32, resource }

@@ -50,7 +50,15 @@ impl Scene {
         const CAP: u32 = 4;
         /// Of each pixel.
         const NEIGHBOURS: u32 = 3;
-        Restir { cap: CAP, neighbours: NEIGHBOURS, history: History::Spatial, still_cap: CAP, permute: false, ..own }
+        Restir {
+            suffixes: 1,
+            cap: CAP,
+            neighbours: NEIGHBOURS,
+            history: History::Spatial,
+            still_cap: CAP,
+            permute: false,
+            ..own
+        }
     }
 }
 
@@ -67,6 +75,8 @@ section! {
     Restir {
         /// New paths of one scattering that a pixel chooses from in each frame.
         candidates: u32 = 4, label("Candidates"), symbol("M"), range(1.0, 32.0), effect(Effect::Reuse);
+        /// Second vertices that a pixel tries in each frame, where paths may scatter more than once.
+        suffixes: u32 = 2, label("Suffixes"), range(1.0, 4.0), effect(Effect::Reuse);
         /// Each pixel's path of the frame before is a candidate too.
         temporal: bool = true, label("Temporal"), effect(Effect::Reuse);
         /// Paths of neighbouring pixels are candidates too.

@@ -77,9 +77,13 @@ fn bench_reuse_measures_a_file_and_writes_all_its_files() {
     assert!(json["adapter"].as_str().is_some_and(|name| run.out.contains(name)));
     let csv = String::from_utf8(folder.read("all/reuse.csv")).expect("text");
     let cases = json["cases"].as_array().expect("cases");
-    let kinds: Vec<_> = cases.iter().map(|c| (c["bounces"].as_u64(), c["motion"].as_str())).collect();
-    let both = |bounces| [(Some(bounces), Some("still")), (Some(bounces), Some("moving"))];
-    assert_eq!(kinds, [both(1), both(3)].concat());
+    let kinds: Vec<_> = cases
+        .iter()
+        .map(|c| (c["framing"].as_str(), c["bounces"].as_u64(), c["motion"].as_str()))
+        .map(|(framing, bounces, motion)| (framing.unwrap_or(""), bounces.unwrap_or(0), motion.unwrap_or("")))
+        .collect();
+    let both = |framing, bounces| [(framing, bounces, "still"), (framing, bounces, "moving")];
+    assert_eq!(kinds, [both("middle", 1), both("middle", 3), both("whole", 1), both("whole", 3)].concat());
     for case in cases {
         let seeds = case["seeds"].as_array().expect("seeds").len();
         assert!(seeds > 1 && case["reference"]["noise_share"].as_f64().is_some(), "{case}");
@@ -106,7 +110,8 @@ fn bench_reuse_measures_a_file_and_writes_all_its_files() {
         let expected = if case["motion"] == "still" { vec![Some(1), Some(4), Some(16)] } else { Vec::new() };
         assert_eq!(frames, expected);
         let motion = case["motion"].as_str().expect("a name");
-        let head = format!("\"cloud.vdb\",{},{motion},ours,1,", case["bounces"]);
+        let framing = case["framing"].as_str().expect("a name");
+        let head = format!("\"cloud.vdb\",{framing},{},{motion},ours,1,", case["bounces"]);
         assert_eq!(csv.lines().filter(|line| line.starts_with(&head)).count(), seeds, "{csv}");
     }
     for name in ["equal-time.svg", "still.svg", "lag.svg"] {

@@ -3,35 +3,59 @@
 #![allow(dead_code)] // each test binary uses its own part
 
 use std::path::Path;
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
+use std::sync::{Arc, Condvar, Mutex, Once};
 
 use nephele::gpu::device::Gpu;
 use nephele::gpu::shader::{CATALOGUE, Source};
 
 pub mod statistics;
 
-/// The adapter, for one test at a time: software ones use every core anyway.
+/// Tests that draw at once: small pictures and the making of kernels keep a software adapter's cores half busy.
+const DEVICES: usize = 2;
+
+/// Devices that no test has; those that nobody has asked for yet are not there yet.
+static IDLE: (Mutex<Vec<Option<Arc<Gpu>>>>, Condvar) = (Mutex::new(Vec::new()), Condvar::new());
+
+/// A device of the adapter, for one test at a time.
 pub struct Adapter {
     pub gpu: Arc<Gpu>,
-    _turn: MutexGuard<'static, ()>,
+}
+
+impl Drop for Adapter {
+    fn drop(&mut self) {
+        give_back(Some(self.gpu.clone()));
+    }
+}
+
+fn give_back(device: Option<Arc<Gpu>>) {
+    IDLE.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(device);
+    IDLE.1.notify_one();
 }
 
 /// The adapter; `None` where there is none, which CI does not allow.
 pub fn adapter() -> Option<Adapter> {
-    static GPU: LazyLock<Option<Arc<Gpu>>> = LazyLock::new(|| match Gpu::headless() {
-        Ok(gpu) => Some(Arc::new(gpu)),
-        Err(e) if std::env::var_os("CI").is_some() => panic!("CI draws on a software adapter: {e}"),
-        Err(_) => None,
-    });
-    static TURN: Mutex<()> = Mutex::new(());
-    let turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let Some(gpu) = GPU.clone() else {
-        eprintln!("skipped: no adapter");
-        return None;
+    static LENT: Once = Once::new();
+    LENT.call_once(|| (0..DEVICES).for_each(|_| give_back(None)));
+    let mut idle = IDLE.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let device = loop {
+        match idle.pop() {
+            Some(device) => break device,
+            None => idle = IDLE.1.wait(idle).unwrap_or_else(|poisoned| poisoned.into_inner()),
+        }
+    };
+    drop(idle);
+    let gpu = match device.map_or_else(|| Gpu::headless().map(Arc::new), Ok) {
+        Ok(gpu) => gpu,
+        Err(e) => {
+            give_back(None);
+            assert!(std::env::var_os("CI").is_none(), "CI draws on a software adapter: {e}");
+            eprintln!("skipped: no adapter");
+            return None;
+        }
     };
     // What an earlier test left behind is not this one's fault.
     let _ = gpu.check();
-    Some(Adapter { gpu, _turn: turn })
+    Some(Adapter { gpu })
 }
 
 /// Shaders with one error in them.

@@ -22,7 +22,7 @@ use super::clock::Watch;
 use super::trace::trace;
 use super::{bar, progress};
 use figures::{Error, Frame, Reference, Run, Scores};
-use plan::{Motion, Side};
+use plan::{Framing, Motion, Side};
 use report::{Case, Mean, Report, Row};
 
 /// Pixels along the width of the picture, and those of `--quick`; the height is three quarters of it.
@@ -79,6 +79,7 @@ struct Session {
 /// A volume, and a renderer for each mode, so that no side waits for what another has made anew.
 struct Stage {
     volume: String,
+    framing: Framing,
     scene: Scene,
     field: Arc<Field>,
     renderers: HashMap<Mode, Renderer>,
@@ -110,7 +111,7 @@ struct Measured {
 /// Seconds of each pass of a frame, and bytes of a pixel.
 type Cost = (BTreeMap<&'static str, f64>, f64);
 
-/// Measures everything; some quarter of an hour on a software adapter, two minutes with `quick`. `volumes` are names or
+/// Measures everything; some half an hour on a software adapter, a third of it with `quick`. `volumes` are names or
 /// files in place of the usual ones, `size` pixels along the width in place of the usual number.
 ///
 /// # Errors
@@ -126,7 +127,7 @@ pub fn measure(quick: bool, volumes: &[String], size: Option<u32>) -> Result<Rep
         most_samples: if quick { QUICK_MOST_SAMPLES } else { MOST_SAMPLES },
     };
     let gpu = Arc::new(Gpu::headless()?);
-    let settings = (volumes.len() * plan::BOUNCES.len()) as u32;
+    let settings = (volumes.len() * Framing::ALL.len() * plan::BOUNCES.len()) as u32;
     // Preparations and the reference count as much as a round each.
     let all = settings * (effort.seeds + 2);
     let mut session = Session { cpu_time: gpu.is_software(), gpu, effort, done: 0, all };
@@ -134,8 +135,13 @@ pub fn measure(quick: bool, volumes: &[String], size: Option<u32>) -> Result<Rep
     for volume in volumes {
         session.show(0.0, &format!("{volume}: setting up"));
         let mut stage = session.stage(volume)?;
-        for bounces in plan::BOUNCES {
-            cases.extend(session.setting(&mut stage, bounces)?);
+        let scene = stage.scene.clone();
+        for framing in Framing::ALL {
+            stage.framing = framing;
+            stage.scene = framing.of(&scene, &stage.field, effort.size);
+            for bounces in plan::BOUNCES {
+                cases.extend(session.setting(&mut stage, bounces)?);
+            }
         }
     }
     progress("");
@@ -162,7 +168,8 @@ impl Session {
     fn stage(&mut self, volume: &str) -> Result<Stage> {
         let scene = plan::scene(volume);
         let field = Arc::new(Field::load(&scene.volume)?);
-        let mut stage = Stage { volume: volume.into(), scene, field, renderers: HashMap::new() };
+        let renderers = HashMap::new();
+        let mut stage = Stage { volume: volume.into(), framing: Framing::Whole, scene, field, renderers };
         for side in plan::sides() {
             if !stage.renderers.contains_key(&side.mode) {
                 let scene = Way::new(&stage, &side, plan::BOUNCES[0], Transmittance::Ratio, 1).scene;
@@ -184,7 +191,8 @@ impl Session {
 
     /// Everything about a volume with so many scatterings.
     fn setting(&mut self, stage: &mut Stage, bounces: u32) -> Result<Vec<Case>> {
-        let label = format!("{}, {bounces} {}", stage.volume, if bounces == 1 { "bounce" } else { "bounces" });
+        let (volume, framing) = (&stage.volume, stage.framing.name());
+        let label = format!("{volume}, {framing}, {bounces} {}", if bounces == 1 { "bounce" } else { "bounces" });
         self.show(0.0, &format!("{label}: the path tracer's best estimator"));
         let shadow = self.shadow(stage, bounces)?;
         let sides = plan::sides();
@@ -221,6 +229,7 @@ impl Session {
         self.done += 1;
         let case = |(motion, measured): (Motion, Vec<Measured>)| Case {
             volume: stage.volume.clone(),
+            framing: stage.framing,
             bounces,
             motion,
             seeds: motion.seeds(self.effort.seeds).collect(),

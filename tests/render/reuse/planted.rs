@@ -126,23 +126,24 @@ fn errors_of_second_vertices_are_seen() {
     let still = |_| scene.clone();
     let course = Course { name: "nothing planted", last: 0, histories: 2 * HISTORIES, at: &still };
     let plants = [
-        (
-            "no square of the distance",
-            "reuse/onset",
-            "onset.sum / onset.strength * leg.t * leg.t / (",
-            "onset.sum / onset.strength * leg.t / (",
-        ),
+        ("no square of the distance", "reuse/suffix", "onset.y * leg.t * leg.t / (", "onset.y * leg.t / ("),
         (
             "no phase function in the density",
-            "reuse/onset",
-            "(toward_pdf(vertex, view.world, onward) * leg.density)",
+            "reuse/suffix",
+            "(toward_pdf(vertex, view.world, before) * leg.density)",
             "(0.5 * leg.density)",
         ),
         (
             "no density of the first distance",
             "reuse/onset",
-            "let inverse = onset.sum / onset.strength",
-            "let inverse = onset.sum",
+            "onset.sum / (onset.strength * f32(count))",
+            "vec4f(onset.sum / f32(count))",
+        ),
+        (
+            "as many suffixes as there are, each in full",
+            "reuse/onset",
+            "(onset.strength * f32(count))",
+            "onset.strength",
         ),
         ("no density of the last direction", "reuse/suffix", "inverse / max(around, 1e-30)", "inverse"),
         (

@@ -6,7 +6,7 @@ use crate::app::orbit;
 use crate::app::presets::PRESETS;
 use crate::render::field::Field;
 use crate::render::params::View;
-use crate::scene::value::{FilePath, Limit};
+use crate::scene::value::{Auto, FilePath, Limit};
 use crate::scene::{Mode, Scene, Transmittance, Volume};
 
 /// Names of the volumes that are measured where none is named. The first is what the window opens with; of the others it
@@ -23,6 +23,44 @@ pub const SHADOWS: [Transmittance; 4] =
 pub const TURN: f64 = 1.0;
 /// Frames of a still picture that are averaged.
 pub const MEANS: [u32; 3] = [1, 4, 16];
+
+/// Lines of a window's picture.
+pub const WINDOW_LINES: f64 = 720.0;
+
+/// What of a window's picture is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Framing {
+    /// The middle of it, pixel by pixel.
+    Middle,
+    /// All of it, in few large pixels: frames have less in common.
+    Whole,
+}
+
+impl Framing {
+    /// Both of them.
+    pub const ALL: [Framing; 2] = [Framing::Middle, Framing::Whole];
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Framing::Middle => "middle",
+            Framing::Whole => "whole",
+        }
+    }
+
+    /// The scene with the camera that draws that in `size` pixels.
+    pub fn of(self, scene: &Scene, field: &Field, size: (u32, u32)) -> Scene {
+        let mut scene = scene.clone();
+        if self == Framing::Middle {
+            // An angle alone would move the camera, which stands where the volume fits the picture.
+            let view = View::of(&scene.camera, field, f64::from(size.0) / f64::from(size.1));
+            (scene.camera.position, scene.camera.target) = (Auto::Is(view.position), Auto::Is(view.target));
+            let half = (scene.camera.fov_y / 2.0).to_radians().tan();
+            scene.camera.fov_y = 2.0 * (half * f64::from(size.1) / WINDOW_LINES).atan().to_degrees();
+        }
+        scene
+    }
+}
 
 /// What the camera does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -167,6 +205,18 @@ mod tests {
             assert!((turned - TURN).abs() < 1e-6, "{turned}");
         }
         assert_eq!(before(&scene, &field, 1.5, 0), scene);
+    }
+
+    #[test]
+    fn the_middle_has_a_window_s_pixels_from_the_same_place() {
+        let scene = scene("cumulus");
+        let field = Field::load(&Volume { resolution: 16, ..scene.volume.clone() }).expect("a built-in volume");
+        let [middle, whole] = Framing::ALL.map(|framing| framing.of(&scene, &field, (120, 90)));
+        assert_eq!(whole, scene);
+        let [a, b] = [&middle, &whole].map(|s| View::of(&s.camera, &field, 4.0 / 3.0));
+        assert!((a.position - b.position).length() < 1e-9 && (a.target - b.target).length() < 1e-9);
+        let [a, b] = [middle, whole].map(|s| (s.camera.fov_y / 2.0).to_radians().tan());
+        assert!((b / a - 8.0).abs() < 1e-9, "{}", b / a);
     }
 
     #[test]

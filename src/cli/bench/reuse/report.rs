@@ -6,7 +6,7 @@ use std::fmt::Write;
 use serde_json::{Value, json};
 
 use super::figures::{EVENTS, Estimate, Quality, Scores};
-use super::plan::{Motion, OURS, PATH, TURN};
+use super::plan::{Framing, Motion, OURS, PATH, TURN, WINDOW_LINES};
 
 /// Share of the least error above which the noise of a reference is told: it was not drawn for longer.
 const LOUD: f64 = 0.1;
@@ -50,6 +50,8 @@ pub struct Mean {
 pub struct Case {
     /// Volume.
     pub volume: String,
+    /// What of a window's picture is drawn.
+    pub framing: Framing,
     /// Scatterings at most.
     pub bounces: u32,
     /// Motion.
@@ -70,7 +72,7 @@ impl Case {
     /// What it is, in words.
     pub fn title(&self) -> String {
         let bounces = if self.bounces == 1 { "bounce" } else { "bounces" };
-        format!("{}, {} {bounces}, {}", self.volume, self.bounces, self.motion.name())
+        format!("{}, {}, {} {bounces}, {}", self.volume, self.framing.name(), self.bounces, self.motion.name())
     }
 
     /// The row of a side.
@@ -135,7 +137,7 @@ impl Report {
         let _ = writeln!(
             out,
             "{} ({}), {} × {} pixels, {} seeds, {}. The last of {} frames is judged; a moving camera turns by {TURN}° a \
-             frame.\nrelMSE is the mean of (a − b)² / (b² + 0.01) of a frame, V99 the same without the worst 1 % of \
+             frame. whole: all of a window's picture; middle: that of one with {WINDOW_LINES} lines, pixel by pixel.\nrelMSE is the mean of (a − b)² / (b² + 0.01) of a frame, V99 the same without the worst 1 % of \
              pixels. × ours: relMSE × time over that of ours,\nwhich is how many times better ours is at equal time; \
              ± one standard error over seeds.",
             self.adapter,
@@ -169,7 +171,7 @@ impl Report {
 
     /// Every seed of every side; of a mean of frames, `frames` is their number, and else 1.
     pub fn to_csv(&self) -> String {
-        let mut out = "volume,bounces,motion,side,frames,seed,rel_mse,v99,energy,seconds\n".to_owned();
+        let mut out = "volume,framing,bounces,motion,side,frames,seed,rel_mse,v99,energy,seconds\n".to_owned();
         for case in &self.cases {
             let rows = case.rows.iter().map(|r| (&r.side, 1, &r.scores));
             let means = case.means.iter().map(|m| (&m.side, m.frames, &m.scores));
@@ -180,7 +182,8 @@ impl Report {
                 for (i, seed) in case.seeds.iter().enumerate().take(scores.seconds.len()) {
                     let _ = writeln!(
                         out,
-                        "\"{volume}\",{},{},{side}{kind},{frames},{seed},{},{},{},{}",
+                        "\"{volume}\",{},{},{},{side}{kind},{frames},{seed},{},{},{},{}",
+                        case.framing.name(),
                         case.bounces,
                         case.motion.name(),
                         scores.rel_mse[i],
@@ -303,6 +306,7 @@ impl Case {
         };
         json!({
             "volume": self.volume,
+            "framing": self.framing.name(),
             "bounces": self.bounces,
             "motion": self.motion.name(),
             "seeds": self.seeds,
@@ -374,6 +378,7 @@ pub mod tests {
             |frames: u32, error: f64| Mean { side: OURS.into(), frames, scores: scores(error, f64::from(frames)) };
         let case = |motion| Case {
             volume: "a <b>".into(),
+            framing: Framing::Middle,
             bounces: 1,
             motion,
             seeds: motion.seeds(3).collect(),
@@ -410,7 +415,7 @@ pub mod tests {
         assert!(table.contains("merge 2.0, shade 10.0") && !table.contains("TOO MUCH"), "{table}");
         let csv = report.to_csv();
         assert_eq!(csv.lines().count(), 1 + 3 * (2 * 3 + 2));
-        assert!(csv.lines().all(|l| l.split(',').count() == 10), "{csv}");
+        assert!(csv.lines().all(|l| l.split(',').count() == 11), "{csv}");
     }
 
     #[test]
