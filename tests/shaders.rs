@@ -68,7 +68,7 @@ const ANALYTIC: [&str; 3] = ["medium/homogeneous", "medium/linear", "medium/expo
 
 /// Most lines of a shader file, and the files that may be longer: they are one algorithm each.
 const MAX_LINES: usize = 200;
-const LONG_FILES: [&str; 2] = ["integrate/path", "reuse/suffix"];
+const LONG_FILES: [&str; 1] = ["integrate/path"];
 const MAX_LONG_LINES: usize = 280;
 
 /// Top-level names that do not begin with their file's stem: the second structure of a pair that belongs together.

@@ -65,10 +65,15 @@ fn marched_strength(parts: Target) -> f32 {
     return select(0.0, strength, strength < MATH_FAR);
 }
 
-// Transmittance of the leg that leaves the first vertex.
+// Transmittance of all legs after the camera's.
 fn marched_onward(parts: Target, strength: f32, look: vec2f) -> f32 {
-    let ray = ray_new(parts.vertex, parts.onward);
-    return marched_seen(ray, min(ray.exit, select(0.0, parts.reach, strength > 0.0)), look);
+    var seen = 1.0;
+    for (var i = 0u; i < select(0u, parts.legs, strength > 0.0); i++) {
+        let leg = target_take(parts, i);
+        let ray = ray_new(leg.origin, leg.world);
+        seen *= marched_seen(ray, min(ray.exit, leg.reach), look);
+    }
+    return seen;
 }
 
 // What a path is worth to a pixel.
@@ -91,8 +96,8 @@ fn aim_strength(parts: Target) -> f32 {
     return marched_strength(parts);
 }
 
-// The transmittance of both of its legs.
-fn aim_legs(pixel: vec2u, path: Path, parts: Target) -> f32 {
+// The transmittance of all of its legs; flights have `seen` another.
+fn aim_legs(pixel: vec2u, path: Path, parts: Target, seen: f32) -> f32 {
     let ray = ray_new(parts.view.origin, parts.view.world);
     return marched_seen(ray, min(ray.exit, path.t), MARCHED_REUSE) * marched_onward(parts, 1.0, MARCHED_REUSE);
 }

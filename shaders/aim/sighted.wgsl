@@ -1,4 +1,4 @@
-// Slot @aim: what a path is worth to a pixel, both legs looked along from afar.
+// Slot @aim: what a path is worth to a pixel, its legs looked along from afar.
 //!use reuse/target
 
 // What the known factors of a path make of it.
@@ -6,7 +6,8 @@ fn aim_strength(parts: Target) -> f32 {
     return target_strength(parts);
 }
 
-// The transmittance of both legs.
-fn aim_legs(pixel: vec2u, path: Path, parts: Target) -> f32 {
-    return target_camera(pixel, path.film, path.t) * target_onward(parts, 1.0);
+// The transmittance of all legs, of which flights have `seen` that to the last vertex.
+fn aim_legs(pixel: vec2u, path: Path, parts: Target, seen: f32) -> f32 {
+    let frozen = path.kind == RESERVOIR_FROZEN;
+    return seen * exp(-target_grey(target_take(parts, reservoir_depth(path.kind) - 1u)) * select(1.0, 0.0, frozen));
 }

@@ -36,10 +36,9 @@ fn rng_depth(rng: ptr<function, Rng>) -> f32 {
     return -log(1.0 - rng_next(rng));
 }
 
-// Four numbers.
-fn rng_four(rng: ptr<function, Rng>) -> vec4f {
+// Three numbers.
+fn rng_three(rng: ptr<function, Rng>) -> vec3f {
     let a = rng_next(rng);
     let b = rng_next(rng);
-    let c = rng_next(rng);
-    return vec4f(a, b, c, rng_next(rng));
+    return vec3f(a, b, rng_next(rng));
 }

@@ -8,11 +8,13 @@ const PROBE_REUSE_STEPS: u32 = 1024u;  // of an integral
 
 // A path drawn for tests, of any kind.
 fn probe_reuse_path(rng: ptr<function, Rng>) -> Path {
-    let kind = 1u + rng_bits(rng) % 7u;
+    // All of them, and none of what is not.
+    let kind = array<u32, 10>(1u, 2u, 3u, 5u, 6u, 7u, 8u, 9u, 10u, 11u)[rng_bits(rng) % 10u];
     let omega = math_around_drop(vec3f(0.0, 1.0, 0.0), 2.0 * rng_next(rng), 2.0 * MATH_PI * rng_next(rng));
     let second = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
-    let value = vec3f(rng_next(rng), rng_next(rng), rng_next(rng));
-    return Path(kind, 0u, rng_bits(rng), 10.0 * rng_next(rng), omega, second, value);
+    let third = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
+    let value = reservoir_round(vec3f(rng_next(rng), -rng_next(rng), 1e6 * rng_next(rng)));
+    return Path(kind, 0u, rng_bits(rng), 10.0 * rng_next(rng), omega, second, third, value);
 }
 
 // Two rays, and a distance on the first: the distance on the second and back; and how the first changes with it.
@@ -51,17 +53,17 @@ fn probe_reuse_pack(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     r.origin = rng_bits(rng) % 3u;
     r.age = rng_bits(rng) % 300u;
     let words = reservoir_pack(r);
-    let second = vec4u(bitcast<vec3u>(path.second), 0u);
-    let value = vec4u(bitcast<vec3u>(path.value), 0u);
-    let back = reservoir_unpack(words[0], words[1], second, value);
+    let far = reservoir_pack_far(path);
+    let back = reservoir_unpack(words[0], words[1], far[0], far[1]);
     let again = reservoir_pack(back);
     let same = back.path.kind == r.path.kind && back.path.id == r.path.id && back.path.film == r.path.film
-        && back.path.t == r.path.t && all(back.path.second == path.second) && all(back.path.value == path.value)
+        && back.path.t == r.path.t && all(back.path.second == path.second)
+        && all(back.path.third == path.third) && all(back.path.value == path.value)
         && back.weight == r.weight && back.aim == r.aim && back.confidence == r.confidence && back.origin == r.origin
         && back.age == min(r.age, 255u);
     return array<vec4f, 2>(
         vec4f(select(1.0, 0.0, same), length(back.path.omega - path.omega), abs(length(back.path.omega) - 1.0), 0.0),
-        vec4f(length(reservoir_unpack(again[0], again[1], second, value).path.omega - back.path.omega), 0.0, 0.0, 0.0),
+        vec4f(length(reservoir_unpack(again[0], again[1], far[0], far[1]).path.omega - back.path.omega), 0.0, 0.0, 0.0),
     );
 }
 

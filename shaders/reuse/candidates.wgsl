@@ -45,11 +45,10 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
         let place = select(i - by_light, i, lit);
         let count = f32(select(by_phase, by_light, lit));
         let drawn = table_sample((f32(place) + rng_next(&rng)) / count);
-        var path = Path(RESERVOIR_ESCAPE, 0u, film, drawn.t, vec3f(0.0), vec3f(0.0), vec3f(0.0));
+        var path = Path(RESERVOIR_ESCAPE, 0u, film, drawn.t, vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0));
         let vertex = view.origin + ray_local(view.world) * path.t;
         if (REUSE_SECOND) {
-            let strength = target_density(vertex) * drawn.transmittance;
-            onset_offer(&onset, path.t, strength, drawn.density * f32(all), rng_four(&rng));
+            onset_offer(&onset, view, path.t, drawn.transmittance, drawn.density * f32(all), rng_three(&rng));
         }
         let drop = phase_drop(&rng);
         path.omega = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
@@ -59,7 +58,9 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
             path.kind = select(RESERVOIR_DELTA, RESERVOIR_BRIGHT, sample.pdf > 0.0);
             path.id = sample.id;
             path.omega = sample.direction;
-            density = drawn.density * count * select(sample.share, sample.pdf, sample.pdf > 0.0);
+            // Where rounding takes a direction over a disc's edge, it has the density of where it is.
+            let pdf = light_pdf(reservoir_unfold(reservoir_fold(path.omega)));
+            density = drawn.density * count * select(sample.share, pdf, sample.pdf > 0.0);
         }
         path.omega = reservoir_unfold(reservoir_fold(path.omega));
         let aim = target_given(position, path, drawn.transmittance);

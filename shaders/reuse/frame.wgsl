@@ -7,7 +7,7 @@ struct Frame {
     cap: f32,            // most confidence of a history
     neighbours: u32,
     reach: u32,          // offsets of neighbours are below 2^reach pixels
-    history: u32,        // bits: paths of one scattering, of more
+    history: u32,        // bits: paths whose factors are all known, those with frozen light
     still: u32,          // 1: camera, medium and lights are those of the frame before
     reconnect: f32,      // a leg that is kept is so many times as long as the way that its vertex moved, at least
     walks: u32,          // of the last step

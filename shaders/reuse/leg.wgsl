@@ -86,21 +86,9 @@ fn leg_advance(ray: Ray, march: ptr<function, LegMarch>) -> bool {
     return true;
 }
 
-// All of a leg that begins in the medium.
-fn leg_march(ray: Ray, far: f32) -> LegMarch {
-    var m = leg_begin(ray, far, true);
-    for (var i = 0u; i < LEG_MOST; i++) {
-        if (!leg_goes_on(m)) {
-            break;
-        }
-        leg_advance(ray, &m);
-    }
-    return m;
-}
-
-// Along a camera's ray up to the stretch that holds t.
-fn leg_camera(ray: Ray, t: f32) -> LegMarch {
-    var m = leg_begin(ray, proxy_end(ray), false);
+// Towards `far`, up to the stretch that holds t.
+fn leg_until(ray: Ray, far: f32, fine: bool, t: f32) -> LegMarch {
+    var m = leg_begin(ray, far, fine);
     for (var i = 0u; i < LEG_MOST; i++) {
         if (!leg_goes_on(m) || m.t >= t) {
             break;
@@ -108,6 +96,11 @@ fn leg_camera(ray: Ray, t: f32) -> LegMarch {
         leg_advance(ray, &m);
     }
     return m;
+}
+
+// All of a leg that begins in the medium.
+fn leg_march(ray: Ray, far: f32) -> LegMarch {
+    return leg_until(ray, far, true, far);
 }
 
 // −log of the transmittance to t, in the last stretch of a march.
@@ -121,6 +114,7 @@ struct LegFlight {
     met: bool,
     t: f32,
     density: f32,  // with which t was drawn, per length
+    seen: f32,     // the transmittance to there
 }
 
 // The collision that u in [0, 1) draws from there to `far`, if any: the transmittance to it is 1 − u.
@@ -135,5 +129,5 @@ fn leg_flight(ray: Ray, far: f32, fine: bool, u: f32) -> LegFlight {
     }
     let rate = (m.grey - m.before_grey) / max(m.t - m.before_t, 1e-30);
     let t = clamp(m.before_t + (wanted - m.before_grey) / max(rate, 1e-30), m.before_t, m.t);
-    return LegFlight(m.grey > wanted, t, rate * exp(-wanted));
+    return LegFlight(m.grey > wanted, t, rate * exp(-wanted), 1.0 - u);
 }

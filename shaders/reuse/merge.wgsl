@@ -49,7 +49,7 @@ fn merge_main(@builtin(global_invocation_id) id: vec3u) {
         let w = select(0.0, m * here * other.weight, partner.x >= 0 && here > 0.0 && other.aim > 0.0);
         sum += w;
         if (rng_next(&rng) * sum < w) {
-            kept.path = other.path;
+            kept.path = pair_shift(other.path, q, position);
             kept.aim = here;
             kept.origin = RESERVOIR_NEIGHBOUR;
             kept.age = other.age;
@@ -67,7 +67,8 @@ fn merge_main(@builtin(global_invocation_id) id: vec3u) {
     merge_near[2u * pixel] = words[0];
     merge_near[2u * pixel + 1u] = words[1];
     if (REUSE_SECOND) {
-        merge_far[2u * pixel] = vec4u(bitcast<vec3u>(kept.path.second), 0u);
-        merge_far[2u * pixel + 1u] = vec4u(bitcast<vec3u>(kept.path.value), 0u);
+        let far = reservoir_pack_far(kept.path);
+        merge_far[2u * pixel] = far[0];
+        merge_far[2u * pixel + 1u] = far[1];
     }
 }

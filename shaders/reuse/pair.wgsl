@@ -22,7 +22,16 @@ fn pair_partner(position: vec2u, round: u32, frame: Frame) -> vec2i {
     return select(vec2i(-1), partner, inside);
 }
 
-// The first pass: the aim of a pixel's path at its partners, a number a round. The distance stays, so the Jacobian is 1.
+// The path of one pixel as one of another. The distance stays, so the Jacobian is 1.
+fn pair_shift(path: Path, own: vec2u, other: vec2u) -> Path {
+    let here = view_ray(own, path.film);
+    let there = view_ray(other, path.film);
+    let before = here.origin + ray_local(here.world) * path.t;
+    let after = there.origin + ray_local(there.world) * path.t;
+    return shift_follow(path, before, after);
+}
+
+// The first pass: the aim of a pixel's path at its partners, a number a round.
 @compute @workgroup_size(8, 8)
 fn pair_main(@builtin(global_invocation_id) id: vec3u) {
     params = params_uniform;
@@ -42,7 +51,7 @@ fn pair_main(@builtin(global_invocation_id) id: vec3u) {
         let there = view_ray(q, own.path.film);
         let moved = there.origin + ray_local(there.world) * own.path.t;
         let valid = partner.x >= 0 && own.aim > 0.0 && shift_keeps(own.path, vertex, moved, frame.reconnect);
-        var path = own.path;
+        var path = shift_follow(own.path, vertex, moved);
         path.t = select(-1.0, path.t, valid);
         pair_aims[round * params.width * params.height + pixel] = target_value(q, path);
     }

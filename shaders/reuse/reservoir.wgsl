@@ -1,17 +1,17 @@
 // Reservoirs: each pixel's light path, what it stands for, and how it is stored. The first half is all that paths of one
-// scattering need; a second vertex and the light that reaches it are the other half.
+// scattering need; more vertices and the light that reaches them are the other half.
 //!use core/math
 
-// How a path gets its light. At the first vertex:
+// How a path gets its light at its last vertex.
 const RESERVOIR_NONE: u32 = 0u;
 const RESERVOIR_DELTA: u32 = 1u;    // a delta sun or a point light, number `id`
 const RESERVOIR_BRIGHT: u32 = 2u;   // a sample of the bright sky along `omega`
 const RESERVOIR_ESCAPE: u32 = 3u;   // scattering chose `omega`, which leaves the medium
-// At the second, where `value` was estimated once, along `omega`:
-const RESERVOIR_DELTA_2: u32 = 4u;
-const RESERVOIR_BRIGHT_2: u32 = 5u;
-const RESERVOIR_ESCAPE_2: u32 = 6u; // `value` is a factor on what the sky is there
-const RESERVOIR_INSIDE_2: u32 = 7u; // light that was scattered on
+const RESERVOIR_HOW: u32 = 3u;      // mask of the above
+const RESERVOIR_DEEPER: u32 = 4u;   // is added for each vertex after the first
+// At the third vertex: light that was scattered on and reaches it along `omega`, `value`, estimated once.
+const RESERVOIR_FROZEN: u32 = 8u;
+const RESERVOIR_VERTICES: u32 = 3u; // at most
 
 // Where a pixel's path comes from.
 const RESERVOIR_OWN: u32 = 0u;
@@ -25,7 +25,8 @@ struct Path {
     t: f32,         // from the camera to the first vertex, world units
     omega: vec3f,   // where the light comes from: unit, world space
     second: vec3f,  // second vertex, local space
-    value: vec3f,   // radiance that reaches it along `omega`, or a factor on it
+    third: vec3f,
+    value: vec3f,   // frozen radiance that reaches the third vertex along `omega`, RGB of `reservoir_round`
 }
 
 struct Reservoir {
@@ -41,8 +42,9 @@ struct Reservoir {
 @group(3) @binding(8) var<storage, read_write> reservoir_near: array<vec4u>;
 @group(3) @binding(9) var<storage, read_write> reservoir_far: array<vec4u>;
 
-fn reservoir_has_second(kind: u32) -> bool {
-    return kind >= RESERVOIR_DELTA_2;
+// Vertices of a path.
+fn reservoir_depth(kind: u32) -> u32 {
+    return 1u + kind / RESERVOIR_DEEPER;
 }
 
 fn reservoir_sign(v: vec2f) -> vec2f {
@@ -59,6 +61,23 @@ fn reservoir_unfold(p: vec2f) -> vec3f {
     let z = 1.0 - abs(p.x) - abs(p.y);
     let folded = (1.0 - abs(p.yx)) * reservoir_sign(p);
     return normalize(vec3f(select(folded, p, z >= 0.0), z));
+}
+
+// Three numbers of 21 bits each, sign and exponent as they are, and back; what is stored is what is meant.
+fn reservoir_shorten(v: vec3f) -> vec3u {
+    return (bitcast<vec3u>(v) + vec3u(1024u)) >> vec3u(11u);
+}
+
+fn reservoir_round(v: vec3f) -> vec3f {
+    return bitcast<vec3f>(reservoir_shorten(v) << vec3u(11u));
+}
+
+fn reservoir_pack_far(p: Path) -> array<vec4u, 2> {
+    let v = reservoir_shorten(p.value);
+    return array<vec4u, 2>(
+        vec4u(bitcast<vec3u>(p.second), v.x | (v.z << 21u)),
+        vec4u(bitcast<vec3u>(p.third), v.y | ((v.z >> 11u) << 21u)),
+    );
 }
 
 fn reservoir_pack(r: Reservoir) -> array<vec4u, 2> {
@@ -78,8 +97,9 @@ fn reservoir_unpack(a: vec4u, b: vec4u, c: vec4u, d: vec4u) -> Reservoir {
         a.y,
         bitcast<f32>(a.x),
         reservoir_unfold(vec2f(bitcast<f32>(b.x), bitcast<f32>(b.y))),
-        vec3f(bitcast<f32>(c.x), bitcast<f32>(c.y), bitcast<f32>(c.z)),
-        vec3f(bitcast<f32>(d.x), bitcast<f32>(d.y), bitcast<f32>(d.z)),
+        bitcast<vec3f>(c.xyz),
+        bitcast<vec3f>(d.xyz),
+        bitcast<vec3f>(vec3u(c.w & 0x1fffffu, d.w & 0x1fffffu, (c.w >> 21u) | ((d.w >> 21u) << 11u)) << vec3u(11u)),
     );
     let age = (b.z >> 8u) & 255u;
     return Reservoir(path, bitcast<f32>(a.z), bitcast<f32>(a.w), bitcast<f32>(b.w), (b.z >> 4u) & 15u, age);
@@ -100,7 +120,8 @@ fn reservoir_store(pixel: u32, r: Reservoir) {
     reservoir_near[2u * pixel] = words[0];
     reservoir_near[2u * pixel + 1u] = words[1];
     if (REUSE_SECOND) {
-        reservoir_far[2u * pixel] = vec4u(bitcast<vec3u>(r.path.second), 0u);
-        reservoir_far[2u * pixel + 1u] = vec4u(bitcast<vec3u>(r.path.value), 0u);
+        let far = reservoir_pack_far(r.path);
+        reservoir_far[2u * pixel] = far[0];
+        reservoir_far[2u * pixel + 1u] = far[1];
     }
 }

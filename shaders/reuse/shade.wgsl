@@ -46,11 +46,15 @@ fn shade_main(@builtin(global_invocation_id) id: vec3u) {
     // A path's film sample was chosen for what the medium scatters; what is behind it needs its own.
     let view = view_ray(position, rng_bits(&rng));
     let past = ray_new(view.origin, view.world);
-    let through = shade_leg(past, proxy_end(past), frame.walks, &rng, &count);
+    let through = vec3f(exact_or_none(past, proxy_end(past), &rng, &count));
     let before = ray_new(parts.view.origin, parts.view.world);
     let arrived = shade_leg(before, select(0.0, kept.path.t, holds), frame.walks, &rng, &count);
-    let onward = ray_new(parts.vertex, parts.onward);
-    let reached = shade_leg(onward, select(0.0, min(onward.exit, parts.reach), holds), frame.walks, &rng, &count);
+    var reached = vec3f(1.0);
+    for (var i = 0u; i < select(0u, parts.legs, holds); i++) {
+        let leg = target_take(parts, i);
+        let onward = ray_new(leg.origin, leg.world);
+        reached *= shade_leg(onward, min(onward.exit, leg.reach), frame.walks, &rng, &count);
+    }
 
     let scattered = select(vec3f(0.0), parts.value * kept.weight * arrived * reached, holds);
     var radiance = scattered + through * light_background(view.world, -1.0);

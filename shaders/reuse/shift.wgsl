@@ -4,15 +4,26 @@
 //!use reuse/view
 //!use reuse/reservoir
 
-// Whether a second vertex may stay while the first moves from `before` to `after` (local space): the leg between them is long
-// against the way, before and after. That is the same question from either side, so the inverse is defined where the map is.
+// The path whose first vertex moves from `before` to `after` (local space): all others move with it, so that directions and lengths
+// of its legs stay. But where what reaches the third is frozen, that one does not move.
+fn shift_follow(path: Path, before: vec3f, after: vec3f) -> Path {
+    var moved = path;
+    if (REUSE_SECOND) {
+        moved.second += after - before;
+        moved.third += select(after - before, vec3f(0.0), path.kind == RESERVOIR_FROZEN);
+    }
+    return moved;
+}
+
+// Whether the third vertex may stay: the leg to it is long against the way, before and after. That is the same question from
+// either side, so the inverse is defined where the map is.
 fn shift_keeps(path: Path, before: vec3f, after: vec3f, least: f32) -> bool {
-    if (!REUSE_SECOND || !reservoir_has_second(path.kind)) {
+    if (!REUSE_SECOND || path.kind != RESERVOIR_FROZEN) {
         return true;
     }
     let moved = view_world(after - before);
-    let a = view_world(path.second - before);
-    let b = view_world(path.second - after);
+    let a = view_world(path.third - path.second);
+    let b = a - moved;
     return min(dot(a, a), dot(b, b)) >= least * least * dot(moved, moved);
 }
 

@@ -10,13 +10,21 @@
 //!use reuse/leg
 //!use reuse/reservoir
 
+// A leg after the camera's, in the medium.
+struct TargetLeg {
+    origin: vec3f,  // local space
+    world: vec3f,   // unit, world space
+    reach: f32,     // how far, world units
+}
+
 // What a path carries but for the transmittances, and where they are.
 struct Target {
     value: vec3f,      // radiance per (film · distance · what drew the rest), RGB
     view: View,        // the camera's ray
-    vertex: vec3f,     // first vertex, local space
-    onward: vec3f,     // unit, world space: to the light or the second vertex
-    reach: f32,        // how far, world units
+    first: TargetLeg,  // from the first vertex to the next, or to the light
+    second: TargetLeg,
+    third: TargetLeg,
+    legs: u32,         // how many of those there are
 }
 
 // Stored density, 0 outside the support.
@@ -25,11 +33,11 @@ fn target_density(p: vec3f) -> f32 {
     return select(0.0, medium_density(p), inside);
 }
 
-// Phase function times radiance, by what found the direction: the balance heuristic shares the bright sky out between light
+// Phase function times radiance, by how the direction was found: the balance heuristic shares the bright sky out between light
 // samples and scattering.
-fn target_arriving(kind: u32, radiance: vec3f, omega: vec3f, phase: f32) -> vec3f {
-    let of_light = kind == RESERVOIR_BRIGHT || kind == RESERVOIR_BRIGHT_2;
-    let of_phase = kind == RESERVOIR_ESCAPE || kind == RESERVOIR_ESCAPE_2;
+fn target_arriving(how: u32, radiance: vec3f, omega: vec3f, phase: f32) -> vec3f {
+    let of_light = how == RESERVOIR_BRIGHT;
+    let of_phase = how == RESERVOIR_ESCAPE;
     var weight = 1.0;
     if (LIGHT_HAS_MAP || LIGHT_HAS_DISC) {
         let pdf = light_pdf(omega);
@@ -38,40 +46,76 @@ fn target_arriving(kind: u32, radiance: vec3f, omega: vec3f, phase: f32) -> vec3
     return phase * (radiance * weight + select(vec3f(0.0), params.constant_radiance, of_phase));
 }
 
+// From one vertex to the next.
+fn target_leg(origin: vec3f, vertex: vec3f) -> TargetLeg {
+    let to = view_world(vertex - origin);
+    let reach = sqrt(max(dot(to, to), 1e-20));
+    return TargetLeg(origin, to / reach, reach);
+}
+
 fn target_parts(pixel: vec2u, path: Path) -> Target {
     let view = view_ray(pixel, path.film);
-    let vertex = view.origin + ray_local(view.world) * path.t;
     let colour = params.albedo * params.extinction;
+    var parts = Target();
+    parts.view = view;
+    var vertex = view.origin + ray_local(view.world) * path.t;
+    var before = view.world;
     var value = colour * (target_density(vertex) * params.sigma);
-    var onward = path.omega;
-    var reach = MATH_FAR;
-    if (REUSE_SECOND && reservoir_has_second(path.kind)) {
-        let to = view_world(path.second - vertex);
-        let square = max(dot(to, to), 1e-20);
-        reach = sqrt(square);
-        onward = to / reach;
-        let seen = select(vec3f(1.0), light_bright(path.omega), path.kind == RESERVOIR_ESCAPE_2);
-        let phase = phase_value(dot(onward, path.omega));
-        let arriving = path.value * target_arriving(path.kind, seen, path.omega, phase);
-        let second = target_density(path.second) * params.sigma;
-        value *= colour * arriving * (phase_value(dot(view.world, onward)) * second / square);
+    let depth = reservoir_depth(path.kind);
+    if (REUSE_SECOND && depth > 1u) {
+        parts.first = target_leg(vertex, path.second);
+        let leg = parts.first;
+        let scatters = target_density(path.second) * params.sigma;
+        value *= colour * (phase_value(dot(before, leg.world)) * scatters / (leg.reach * leg.reach));
+        before = leg.world;
+        vertex = path.second;
+    }
+    if (REUSE_SECOND && depth > 2u) {
+        parts.second = target_leg(vertex, path.third);
+        let leg = parts.second;
+        let scatters = target_density(path.third) * params.sigma;
+        value *= colour * (phase_value(dot(before, leg.world)) * scatters / (leg.reach * leg.reach));
+        before = leg.world;
+        vertex = path.third;
+    }
+    let how = path.kind & RESERVOIR_HOW;
+    var last = TargetLeg(vertex, path.omega, MATH_FAR);
+    var radiance = vec3f(0.0);
+    if (REUSE_SECOND && path.kind == RESERVOIR_FROZEN) {
+        radiance = path.value;
+    } else if (how == RESERVOIR_DELTA && LIGHT_HAS_LIST) {
+        let light = light_at(path.id);
+        let is_point = LIGHT_HAS_POINT && light.kind == LIGHT_POINT;
+        let to = target_leg(vertex, light.axis);
+        last.world = select(light.axis, to.world, is_point);
+        last.reach = select(MATH_FAR, to.reach, is_point);
+        radiance = light.value / select(1.0, to.reach * to.reach, is_point);
     } else {
-        var radiance = vec3f(0.0);
-        if (path.kind == RESERVOIR_DELTA && LIGHT_HAS_LIST) {
-            let light = light_at(path.id);
-            let to = view_world(light.axis - vertex);
-            let square = max(dot(to, to), 1e-20);
-            let is_point = LIGHT_HAS_POINT && light.kind == LIGHT_POINT;
-            reach = select(MATH_FAR, sqrt(square), is_point);
-            onward = select(light.axis, to / sqrt(square), is_point);
-            radiance = light.value / select(1.0, square, is_point);
-        } else {
-            radiance = light_bright(path.omega);
-        }
-        value *= target_arriving(path.kind, radiance, onward, phase_value(dot(view.world, onward)));
+        radiance = light_bright(path.omega);
+    }
+    value *= target_arriving(how, radiance, last.world, phase_value(dot(before, last.world)));
+    parts.legs = select(depth, 2u, REUSE_SECOND && path.kind == RESERVOIR_FROZEN);
+    if (depth == 1u) {
+        parts.first = last;
+    } else if (depth == 2u) {
+        parts.second = last;
+    } else {
+        parts.third = last;
     }
     let known = path.kind != RESERVOIR_NONE && path.t > 0.0;
-    return Target(select(vec3f(0.0), value, known), view, vertex, onward, reach);
+    parts.value = select(vec3f(0.0), value, known);
+    return parts;
+}
+
+// Number i of the legs after the camera's.
+fn target_take(parts: Target, i: u32) -> TargetLeg {
+    if (!REUSE_SECOND || i == 0u) {
+        return parts.first;
+    }
+    if (i == 1u) {
+        return parts.second;
+    }
+    return parts.third;
 }
 
 // What the known factors of a path make of it.
@@ -79,16 +123,29 @@ fn target_strength(parts: Target) -> f32 {
     return math_mean3(abs(parts.value));
 }
 
-// The transmittance of the onward leg from afar; a leg of no `strength` is not looked along.
+// −log of the transmittance of a leg from afar. It is part of a way through all of the medium, so that a flight along it
+// (leg_flight) finds the same.
+fn target_grey(leg: TargetLeg) -> f32 {
+    let ray = ray_new(leg.origin, leg.world);
+    let far = proxy_end(ray);
+    let t = min(far, leg.reach);
+    return leg_within(leg_until(ray, far, true, t), t);
+}
+
+// The transmittance of all legs after the camera's; those of a path of no `strength` are not looked along.
 fn target_onward(parts: Target, strength: f32) -> f32 {
-    let ray = ray_new(parts.vertex, parts.onward);
-    return exp(-leg_march(ray, min(ray.exit, select(0.0, parts.reach, strength > 0.0))).grey);
+    var grey = 0.0;
+    for (var i = 0u; i < select(0u, parts.legs, strength > 0.0); i++) {
+        grey += target_grey(target_take(parts, i));
+    }
+    return exp(-grey);
 }
 
 // The transmittance from the camera to distance t, from afar.
 fn target_camera(pixel: vec2u, film: u32, t: f32) -> f32 {
     let view = view_ray(pixel, film);
-    return exp(-leg_within(leg_camera(ray_new(view.origin, view.world), t), t));
+    let ray = ray_new(view.origin, view.world);
+    return exp(-leg_within(leg_until(ray, proxy_end(ray), false, t), t));
 }
 
 // The target of a path whose camera leg has that transmittance.

@@ -13,8 +13,8 @@
 @group(3) @binding(11) var<storage, read_write> temporal_far: array<vec4u>;
 
 const TEMPORAL_STREAM: u32 = 0x297a2d39u;
-const TEMPORAL_FIRST: u32 = 1u;   // bits of Frame::history
-const TEMPORAL_SECOND: u32 = 2u;
+const TEMPORAL_KNOWN: u32 = 1u;    // bits of Frame::history
+const TEMPORAL_FROZEN: u32 = 2u;
 
 fn temporal_load(pixel: u32) -> Reservoir {
     var c = vec4u(0u);
@@ -28,7 +28,7 @@ fn temporal_load(pixel: u32) -> Reservoir {
 
 // Whether histories hold paths of that kind.
 fn temporal_holds(frame: Frame, kind: u32) -> bool {
-    let bit = select(TEMPORAL_FIRST, TEMPORAL_SECOND, reservoir_has_second(kind));
+    let bit = select(TEMPORAL_KNOWN, TEMPORAL_FROZEN, kind == RESERVOIR_FROZEN);
     return (frame.history & bit) != 0u;
 }
 
@@ -82,22 +82,24 @@ fn temporal_main(@builtin(global_invocation_id) id: vec3u) {
 
     // Our own path in the frame before, by the inverse of the map that brings theirs here.
     let back = shift_affine(own_there, own_here);
-    var own_shifted = own.path;
-    own_shifted.film = own_film;
-    own_shifted.t = (own.path.t - back.offset) / back.kappa;
+    let own_t = (own.path.t - back.offset) / back.kappa;
     let own_from = own_here.origin + ray_local(own_here.world) * own.path.t;
-    let own_to = own_there.origin + ray_local(own_there.world) * own_shifted.t;
+    let own_to = own_there.origin + ray_local(own_there.world) * own_t;
+    var own_shifted = shift_follow(own.path, own_from, own_to);
+    own_shifted.film = own_film;
+    own_shifted.t = own_t;
     let own_keeps = shift_keeps(own.path, own_from, own_to, frame.reconnect);
     let own_valid = c_old > 0.0 && back.kappa > 0.0 && own_shifted.t > 0.0 && own_keeps && own.aim > 0.0
         && temporal_holds(frame, own.path.kind);
 
     // Theirs here.
     let forth = shift_affine(old_there, old_here);
-    var old_shifted = old.path;
-    old_shifted.film = old_film;
-    old_shifted.t = forth.offset + forth.kappa * old.path.t;
+    let old_t = forth.offset + forth.kappa * old.path.t;
     let old_from = old_there.origin + ray_local(old_there.world) * old.path.t;
-    let old_to = old_here.origin + ray_local(old_here.world) * old_shifted.t;
+    let old_to = old_here.origin + ray_local(old_here.world) * old_t;
+    var old_shifted = shift_follow(old.path, old_from, old_to);
+    old_shifted.film = old_film;
+    old_shifted.t = old_t;
     let old_keeps = shift_keeps(old.path, old_from, old_to, frame.reconnect);
     let old_valid = c_old > 0.0 && forth.kappa > 0.0 && old_shifted.t > 0.0 && old_keeps && old.weight > 0.0;
 

@@ -26,9 +26,12 @@ fn finish_main(@builtin(global_invocation_id) id: vec3u) {
     let before = ray_new(parts.view.origin, parts.view.world);
     let end = select(0.0, min(before.exit, select(kept.path.t, MATH_FAR, through)), holds);
     let arrived = vec3f(exact_transmittance(before, end, &count));
-    let onward = ray_new(parts.vertex, parts.onward);
-    let far = select(0.0, min(onward.exit, parts.reach), holds && !through);
-    let reached = vec3f(exact_transmittance(onward, far, &count));
+    var reached = vec3f(1.0);
+    for (var i = 0u; i < select(0u, parts.legs, holds && !through); i++) {
+        let leg = target_take(parts, i);
+        let onward = ray_new(leg.origin, leg.world);
+        reached *= vec3f(exact_transmittance(onward, min(onward.exit, leg.reach), &count));
+    }
     var value = parts.value;
     if (through) {
         value = light_background(parts.view.world, -1.0);

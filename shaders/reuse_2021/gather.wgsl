@@ -96,7 +96,8 @@ fn gather_main(@builtin(global_invocation_id) id: vec3u) {
     gather_near[2u * pixel] = words[0];
     gather_near[2u * pixel + 1u] = words[1];
     if (REUSE_SECOND) {
-        gather_far[2u * pixel] = vec4u(bitcast<vec3u>(kept.path.second), 0u);
-        gather_far[2u * pixel + 1u] = vec4u(bitcast<vec3u>(kept.path.value), 0u);
+        let far = reservoir_pack_far(kept.path);
+        gather_far[2u * pixel] = far[0];
+        gather_far[2u * pixel + 1u] = far[1];
     }
 }

@@ -92,8 +92,7 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
         path.t = mix(state.near, state.t, share);
         let vertex = view.origin + ray_local(view.world) * path.t;
         if (REUSE_SECOND) {
-            let strength = select(0.0, target_density(vertex) * wanted, scattered);
-            onset_offer(&onset, path.t, strength, drawn * f32(walks), rng_four(&rng));
+            onset_offer(&onset, view, path.t, select(0.0, wanted, scattered), drawn * f32(walks), rng_three(&rng));
         }
         let drop = phase_drop(&rng);
         path.omega = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
@@ -103,7 +102,9 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
             path.kind = select(RESERVOIR_DELTA, RESERVOIR_BRIGHT, sample.pdf > 0.0);
             path.id = sample.id;
             path.omega = sample.direction;
-            density = drawn * count * select(sample.share, sample.pdf, sample.pdf > 0.0);
+            // Where rounding takes a direction over a disc's edge, it has the density of where it is.
+            let pdf = light_pdf(reservoir_unfold(reservoir_fold(path.omega)));
+            density = drawn * count * select(sample.share, pdf, sample.pdf > 0.0);
         }
         path.omega = reservoir_unfold(reservoir_fold(path.omega));
         let parts = target_parts(position, path);

@@ -87,6 +87,7 @@ catalogue![
     "proxy/dense",
     "reuse/candidates",
     "reuse/frame",
+    "reuse/frozen",
     "reuse/leg",
     "reuse/merge",
     "reuse/onset",

@@ -38,18 +38,18 @@ gpu_struct! {
 const HALF: u64 = 2 * 16;
 /// Bytes of a buffer that nothing is kept in.
 const EMPTY: u64 = 32;
-/// Bits of `Frame::history`.
-const FIRST: u32 = 1;
-const SECOND: u32 = 2;
+/// Bits of `Frame::history`: paths all of whose factors are known, and those with light that is frozen in them.
+const KNOWN: u32 = 1;
+const FROZEN: u32 = 2;
 /// Dispatches in which long paths may end.
 const CATCH_UPS: u32 = 256;
 
 /// A pass of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Pass {
-    /// Candidates of one scattering, the way to a second vertex.
+    /// Candidates of one scattering, distances of second vertices.
     Candidates,
-    /// Paths from the second vertex on.
+    /// Candidates of more scatterings.
     Suffix,
     /// The frame before.
     Temporal,
@@ -360,7 +360,7 @@ impl Reuse {
     /// Forgets paths that hold estimates of what has changed; what is left counts for less.
     pub fn edit(&mut self, suffixes: bool) {
         if suffixes {
-            self.keeps &= !SECOND;
+            self.keeps &= !FROZEN;
         }
         self.edited = true;
     }
@@ -414,7 +414,7 @@ impl Reuse {
         };
         self.number = self.number.wrapping_add(1);
         self.drawn = Some(Drawn { params: *params, lights: lights.to_vec(), scene: scene.clone() });
-        self.keeps = FIRST | SECOND;
+        self.keeps = KNOWN | FROZEN;
         frame
     }
 

@@ -76,15 +76,15 @@ section! {
         /// New paths of one scattering that a pixel chooses from in each frame.
         candidates: u32 = 4, label("Candidates"), symbol("M"), range(1.0, 32.0), effect(Effect::Reuse);
         /// Second vertices that a pixel tries in each frame, where paths may scatter more than once.
-        suffixes: u32 = 2, label("Suffixes"), range(1.0, 4.0), effect(Effect::Reuse);
+        suffixes: u32 = 2, label("Suffixes"), range(1.0, 3.0), effect(Effect::Reuse);
         /// Each pixel's path of the frame before is a candidate too.
         temporal: bool = true, label("Temporal"), effect(Effect::Reuse);
         /// Paths of neighbouring pixels are candidates too.
         spatial: bool = true, label("Spatial"), effect(Effect::Reuse);
         /// Neighbours of each pixel.
-        neighbours: u32 = 1, label("Neighbours"), symbol("k"), range(0.0, 8.0), effect(Effect::Reuse);
+        neighbours: u32 = 2, label("Neighbours"), symbol("k"), range(0.0, 8.0), effect(Effect::Reuse);
         /// Neighbours are less than 2 to this power pixels away.
-        reach: u32 = 2, label("Reach"), symbol("h"), range(1.0, 5.0), effect(Effect::Reuse);
+        reach: u32 = 1, label("Reach"), symbol("h"), range(1.0, 5.0), effect(Effect::Reuse);
         /// Frames that a history counts for at most: more is smoother, and slower to follow what changes.
         cap: u32 = 8, label("Cap"), unit("frames"), range(0.0, 64.0), effect(Effect::Reuse);
         /// Which reservoirs the next frame starts from.

@@ -273,7 +273,8 @@ fn flights_have_the_density_that_they_tell() {
     let Some(a) = adapter() else { return };
     let errors = flight_errors(&a, &standard());
     assert!(errors[0] < 1e-3 && errors[1] < 0.01, "{errors:?}");
-    let plants = [("rate * exp(-wanted));", "rate);"), ("let wanted = leg_inverse(u);", "let wanted = u;")];
+    let plants =
+        [("rate * exp(-wanted), 1.0 - u", "rate, 1.0 - u"), ("let wanted = leg_inverse(u);", "let wanted = u;")];
     for (from, to) in plants {
         let errors = flight_errors(&a, &plant("reuse/leg", from, to).source);
         assert!(errors[0] > 0.01 || errors[1] > 0.05, "{to}: {errors:?}");

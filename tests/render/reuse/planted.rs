@@ -71,7 +71,7 @@ fn errors_of_histories_are_seen() {
             "shading with the proxy",
             "reuse/shade",
             "parts.value * kept.weight * arrived * reached",
-            "parts.value * kept.weight * exp(-leg_march(before, kept.path.t).grey - leg_march(onward, onward.exit).grey)",
+            "parts.value * kept.weight * exp(-leg_march(before, kept.path.t).grey - target_grey(parts.first))",
         ),
         (
             "temporal without MIS weights",
@@ -118,39 +118,73 @@ fn errors_of_fast_motion_are_seen() {
 }
 
 #[test]
-fn errors_of_second_vertices_are_seen() {
+fn errors_of_more_scatterings_are_seen() {
     let Some(a) = adapter() else { return };
-    let scene = sunny(3);
+    // More than vertices are kept, so that some light is frozen; and a sky, which each of them sees.
+    let mut scene = sunny(6);
+    scene.lights.push(Light::Constant(Constant { radiance: Colour([0.3; 3]) }));
     let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
-    let mut stage = Stage::new("second vertices", &mut r, &scene, 16384);
+    let mut stage = Stage::new("more scatterings", &mut r, &scene, 16384);
     let still = |_| scene.clone();
     let course = Course { name: "nothing planted", last: 0, histories: 2 * HISTORIES, at: &still };
     let plants = [
-        ("no square of the distance", "reuse/suffix", "onset.y * leg.t * leg.t / (", "onset.y * leg.t / ("),
+        ("no square of the distance", "reuse/suffix", "inverse *= leg.t * leg.t / (", "inverse *= leg.t / ("),
         (
             "no phase function in the density",
             "reuse/suffix",
-            "(toward_pdf(vertex, view.world, before) * leg.density)",
+            "(toward_pdf(vertex, before, onward) * leg.density)",
             "(0.5 * leg.density)",
         ),
+        ("no density of the first distance", "reuse/onset", "words.w / onset_strength(view, t, seen)", "words.w"),
+        ("suffixes that count in full", "reuse/onset", "onset.sum / f32(count)", "onset.sum"),
         (
-            "no density of the first distance",
-            "reuse/onset",
-            "onset.sum / (onset.strength * f32(count))",
-            "vec4f(onset.sum / f32(count))",
+            "no density of the last direction",
+            "reuse/suffix",
+            "inverse / toward_pdf(vertex, before, path.omega)",
+            "inverse",
         ),
-        (
-            "as many suffixes as there are, each in full",
-            "reuse/onset",
-            "(onset.strength * f32(count))",
-            "onset.strength",
-        ),
-        ("no density of the last direction", "reuse/suffix", "inverse / max(around, 1e-30)", "inverse"),
         (
             "albedo of the second vertex",
             "reuse/target",
-            "        value *= colour * arriving",
-            "        value *= arriving",
+            "let scatters = target_density(path.second) * params.sigma;",
+            "let scatters = target_density(path.second) * params.sigma / params.albedo.x;",
+        ),
+        (
+            "albedo of the third vertex",
+            "reuse/target",
+            "let scatters = target_density(path.third) * params.sigma;",
+            "let scatters = target_density(path.third) * params.sigma / params.albedo.x;",
+        ),
+        (
+            "the light that the third vertex sees, twice",
+            "reuse/frozen",
+            "select(vec3f(0.0), seen, bounces > RESERVOIR_VERTICES)",
+            "seen",
+        ),
+    ];
+    all_are_seen(&a, &mut stage, &course, &plants);
+}
+
+#[test]
+fn errors_of_moved_vertices_are_seen() {
+    let Some(a) = adapter() else { return };
+    let scene = sunny(3);
+    let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
+    let mut stage = Stage::new("moved vertices", &mut r, &scene, 16384);
+    let moving = |left| orbit(&scene, left);
+    let course = Course { name: "nothing planted", last: 4, histories: 4 * HISTORIES, at: &moving };
+    let plants = [
+        (
+            "vertices stay where a neighbour had them",
+            "reuse/merge",
+            "pair_shift(other.path, q, position)",
+            "other.path",
+        ),
+        (
+            "our own vertices stay in the frame before",
+            "reuse/temporal",
+            "shift_follow(own.path, own_from, own_to)",
+            "own.path",
         ),
     ];
     all_are_seen(&a, &mut stage, &course, &plants);
@@ -209,7 +243,7 @@ fn errors_after_edits_are_seen() {
         ),
     ];
     all_are_seen(&a, &mut stage, &course, &plants);
-    let scene = sunny(3);
+    let scene = sunny(6);
     let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
     let mut stage = Stage::new("after an edit of the density", &mut r, &scene, 16384);
     let thicker = edited(&scene, |s| s.medium.density_scale = nephele::scene::value::Auto::Is(1.0));

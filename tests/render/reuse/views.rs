@@ -77,7 +77,7 @@ fn wrong(a: &Adapter, source: &Source, scene: &Scene) -> usize {
 fn confidences_are_what_they_must_be() {
     let Some(a) = adapter() else { return };
     let pixels = (PICTURE * PICTURE) as usize;
-    let spatial = scene(|_| {});
+    let spatial = scene(|s| s.neighbours = 1);
     let most = model(&spatial, 5).into_iter().fold(0.0, f64::max);
     assert_eq!(most, 8.0, "of two pixels, each of its own sample and a history of 3");
     assert_eq!(model(&scene(|s| s.spatial = false), 5), vec![4.0; pixels]);
@@ -86,7 +86,7 @@ fn confidences_are_what_they_must_be() {
         ("temporal history, 3 neighbours", scene(|s| (s.history, s.neighbours) = (History::Temporal, 3))),
         ("no neighbours", scene(|s| s.spatial = false)),
         ("no history", scene(|s| s.temporal = false)),
-        ("2 neighbours, near", scene(|s| (s.neighbours, s.reach) = (2, 1))),
+        ("2 neighbours, farther", scene(|s| (s.neighbours, s.reach) = (2, 2))),
     ];
     for (name, scene) in &scenes {
         assert_eq!(wrong(&a, &standard(), scene), 0, "{name}");
