@@ -8,6 +8,8 @@ fn aim_strength(parts: Target) -> f32 {
 
 // The transmittance of all legs, of which flights have `seen` that to the last vertex.
 fn aim_legs(pixel: vec2u, path: Path, parts: Target, seen: f32) -> f32 {
-    let frozen = path.kind == RESERVOIR_FROZEN;
-    return seen * exp(-target_grey(target_take(parts, reservoir_depth(path.kind) - 1u)) * select(1.0, 0.0, frozen));
+    if (path.kind == RESERVOIR_FROZEN) {
+        return seen;
+    }
+    return seen * exp(-target_grey(target_take(parts, parts.legs - 1u)));
 }

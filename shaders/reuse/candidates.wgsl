@@ -51,18 +51,12 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
             onset_offer(&onset, view, path.t, drawn.transmittance, drawn.density * f32(all), rng_three(&rng));
         }
         let drop = phase_drop(&rng);
-        path.omega = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
+        let onward = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
+        path.omega = reservoir_unfold(reservoir_fold(onward));
         var density = drawn.density * count * phase_value(dot(view.world, path.omega));
         if (LIGHT_SAMPLED && lit) {
-            let sample = light_sample(vertex, &rng);
-            path.kind = select(RESERVOIR_DELTA, RESERVOIR_BRIGHT, sample.pdf > 0.0);
-            path.id = sample.id;
-            path.omega = sample.direction;
-            // Where rounding takes a direction over a disc's edge, it has the density of where it is.
-            let pdf = light_pdf(reservoir_unfold(reservoir_fold(path.omega)));
-            density = drawn.density * count * select(sample.share, pdf, sample.pdf > 0.0);
+            density = drawn.density * count * target_look(&path, vertex, 0u, &rng);
         }
-        path.omega = reservoir_unfold(reservoir_fold(path.omega));
         let aim = target_given(position, path, drawn.transmittance);
         let w = select(0.0, aim / density, aim > 0.0 && density > 0.0);
         sum += w;

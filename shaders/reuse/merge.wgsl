@@ -49,7 +49,7 @@ fn merge_main(@builtin(global_invocation_id) id: vec3u) {
         let w = select(0.0, m * here * other.weight, partner.x >= 0 && here > 0.0 && other.aim > 0.0);
         sum += w;
         if (rng_next(&rng) * sum < w) {
-            kept.path = pair_shift(other.path, q, position);
+            kept.path = pair_shift(other.path, q, position, frame.reconnect).path;
             kept.aim = here;
             kept.origin = RESERVOIR_NEIGHBOUR;
             kept.age = other.age;

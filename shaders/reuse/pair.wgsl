@@ -22,13 +22,18 @@ fn pair_partner(position: vec2u, round: u32, frame: Frame) -> vec2i {
     return select(vec2i(-1), partner, inside);
 }
 
-// The path of one pixel as one of another. The distance stays, so the Jacobian is 1.
-fn pair_shift(path: Path, own: vec2u, other: vec2u) -> Path {
+// The path of one pixel as one of another, if it may be that. The distance stays, so the Jacobian is 1.
+struct PairShift {
+    path: Path,
+    keeps: bool,
+}
+
+fn pair_shift(path: Path, own: vec2u, other: vec2u, least: f32) -> PairShift {
     let here = view_ray(own, path.film);
     let there = view_ray(other, path.film);
     let before = here.origin + ray_local(here.world) * path.t;
     let after = there.origin + ray_local(there.world) * path.t;
-    return shift_follow(path, before, after);
+    return PairShift(shift_follow(path, before, after), shift_keeps(path, before, after, least));
 }
 
 // The first pass: the aim of a pixel's path at its partners, a number a round.
@@ -43,16 +48,12 @@ fn pair_main(@builtin(global_invocation_id) id: vec3u) {
     let pixel = position.y * params.width + position.x;
     let frame = frame_uniform;
     let own = reservoir_load(pixel);
-    let here = view_ray(position, own.path.film);
-    let vertex = here.origin + ray_local(here.world) * own.path.t;
     for (var round = 0u; round < frame.neighbours; round++) {
         let partner = pair_partner(position, round, frame);
         let q = vec2u(max(partner, vec2i(0)));
-        let there = view_ray(q, own.path.film);
-        let moved = there.origin + ray_local(there.world) * own.path.t;
-        let valid = partner.x >= 0 && own.aim > 0.0 && shift_keeps(own.path, vertex, moved, frame.reconnect);
-        var path = shift_follow(own.path, vertex, moved);
-        path.t = select(-1.0, path.t, valid);
-        pair_aims[round * params.width * params.height + pixel] = target_value(q, path);
+        var shifted = pair_shift(own.path, position, q, frame.reconnect);
+        let valid = partner.x >= 0 && own.aim > 0.0 && shifted.keeps;
+        shifted.path.t = select(-1.0, shifted.path.t, valid);
+        pair_aims[round * params.width * params.height + pixel] = target_value(q, shifted.path);
     }
 }

@@ -56,11 +56,7 @@ fn suffix_look(
     path.omega = reservoir_unfold(reservoir_fold(onward));
     var density = phase_value(dot(before, path.omega)) * (1.0 - share);
     if (LIGHT_SAMPLED && rng_next(rng) < share) {
-        let sample = light_sample(vertex, rng);
-        path.kind = found.kind + select(RESERVOIR_DELTA, RESERVOIR_BRIGHT, sample.pdf > 0.0);
-        path.id = sample.id;
-        path.omega = reservoir_unfold(reservoir_fold(sample.direction));
-        density = share * select(sample.share, light_pdf(path.omega), sample.pdf > 0.0);
+        density = share * target_look(&path, vertex, found.kind, rng);
     }
     if (density > 0.0) {
         suffix_offer(pixel, choice, path, seen, inverse / density, rng_next(rng));

@@ -53,6 +53,21 @@ fn target_leg(origin: vec3f, vertex: vec3f) -> TargetLeg {
     return TargetLeg(origin, to / reach, reach);
 }
 
+// The end of a path at a vertex (local space), `deeper` after the first, by a light sample; and the density that drew it.
+fn target_look(path: ptr<function, Path>, vertex: vec3f, deeper: u32, rng: ptr<function, Rng>) -> f32 {
+    let sample = light_sample(vertex, rng);
+    (*path).kind = deeper + select(RESERVOIR_DELTA, RESERVOIR_BRIGHT, sample.pdf > 0.0);
+    (*path).id = sample.id;
+    (*path).omega = reservoir_unfold(reservoir_fold(sample.direction));
+    // Where rounding takes a direction over a disc's edge, it has the density of where it is.
+    return select(sample.share, light_pdf((*path).omega), sample.pdf > 0.0);
+}
+
+// The share of light that turns from `before` into a leg at its end, per volume.
+fn target_scatters(before: vec3f, leg: TargetLeg, vertex: vec3f) -> f32 {
+    return phase_value(dot(before, leg.world)) * (target_density(vertex) * params.sigma) / (leg.reach * leg.reach);
+}
+
 fn target_parts(pixel: vec2u, path: Path) -> Target {
     let view = view_ray(pixel, path.film);
     let colour = params.albedo * params.extinction;
@@ -64,18 +79,14 @@ fn target_parts(pixel: vec2u, path: Path) -> Target {
     let depth = reservoir_depth(path.kind);
     if (REUSE_SECOND && depth > 1u) {
         parts.first = target_leg(vertex, path.second);
-        let leg = parts.first;
-        let scatters = target_density(path.second) * params.sigma;
-        value *= colour * (phase_value(dot(before, leg.world)) * scatters / (leg.reach * leg.reach));
-        before = leg.world;
+        value *= colour * target_scatters(before, parts.first, path.second);
+        before = parts.first.world;
         vertex = path.second;
     }
     if (REUSE_SECOND && depth > 2u) {
         parts.second = target_leg(vertex, path.third);
-        let leg = parts.second;
-        let scatters = target_density(path.third) * params.sigma;
-        value *= colour * (phase_value(dot(before, leg.world)) * scatters / (leg.reach * leg.reach));
-        before = leg.world;
+        value *= colour * target_scatters(before, parts.second, path.third);
+        before = parts.second.world;
         vertex = path.third;
     }
     let how = path.kind & RESERVOIR_HOW;

@@ -95,18 +95,12 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
             onset_offer(&onset, view, path.t, select(0.0, wanted, scattered), drawn * f32(walks), rng_three(&rng));
         }
         let drop = phase_drop(&rng);
-        path.omega = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
+        let onward = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
+        path.omega = reservoir_unfold(reservoir_fold(onward));
         var density = drawn * count * phase_value(dot(view.world, path.omega));
         if (LIGHT_SAMPLED && lit) {
-            let sample = light_sample(vertex, &rng);
-            path.kind = select(RESERVOIR_DELTA, RESERVOIR_BRIGHT, sample.pdf > 0.0);
-            path.id = sample.id;
-            path.omega = sample.direction;
-            // Where rounding takes a direction over a disc's edge, it has the density of where it is.
-            let pdf = light_pdf(reservoir_unfold(reservoir_fold(path.omega)));
-            density = drawn * count * select(sample.share, pdf, sample.pdf > 0.0);
+            density = drawn * count * target_look(&path, vertex, 0u, &rng);
         }
-        path.omega = reservoir_unfold(reservoir_fold(path.omega));
         let parts = target_parts(position, path);
         let strength = select(0.0, marched_strength(parts), scattered && scatters);
         var aim = strength * max(wanted, MARCHED_FLOOR) * marched_onward(parts, strength, MARCHED_FIRST);

@@ -93,7 +93,7 @@ section! {
         proxy_cell: u32 = 2, label("Proxy cell"), unit("voxels"), range(2.0, 8.0), effect(Effect::Method);
         /// The last step estimates true transmittances along the chosen path by so many looks at the density for an optical depth of 2 of the majorant. 0: exactly, from voxel to voxel.
         final_samples: u32 = 0, label("Final looks"), range(0.0, 16.0), effect(Effect::Reuse);
-        /// A second vertex is kept where the leg to it is longer than this times the way that the first vertex moved, before and after.
+        /// Where light is frozen at the third vertex, it stays if the leg to it is longer than this times the way that the others move, before and after.
         reconnect_distance: f64 = 1.0, label("Reconnect"), range(0.0, 8.0), effect(Effect::Reuse);
         /// Frames of a still picture that reuse paths.
         still_after: u32 = 0, label("Still after"), unit("frames"), range(0.0, 256.0), effect(Effect::Reuse);

@@ -111,7 +111,7 @@ struct Measured {
 /// Seconds of each pass of a frame, and bytes of a pixel.
 type Cost = (BTreeMap<&'static str, f64>, f64);
 
-/// Measures everything; some half an hour on a software adapter, a third of it with `quick`. `volumes` are names or
+/// Measures everything; twenty minutes with `quick` on two cores and a software adapter, longer without. `volumes` are names or
 /// files in place of the usual ones, `size` pixels along the width in place of the usual number.
 ///
 /// # Errors

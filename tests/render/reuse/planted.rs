@@ -122,7 +122,7 @@ fn errors_of_more_scatterings_are_seen() {
     let Some(a) = adapter() else { return };
     // More than vertices are kept, so that some light is frozen; and a sky, which each of them sees.
     let mut scene = sunny(6);
-    scene.lights.push(Light::Constant(Constant { radiance: Colour([0.3; 3]) }));
+    scene.lights.push(constant(0.3));
     let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
     let mut stage = Stage::new("more scatterings", &mut r, &scene, 16384);
     let still = |_| scene.clone();
@@ -146,14 +146,14 @@ fn errors_of_more_scatterings_are_seen() {
         (
             "albedo of the second vertex",
             "reuse/target",
-            "let scatters = target_density(path.second) * params.sigma;",
-            "let scatters = target_density(path.second) * params.sigma / params.albedo.x;",
+            "value *= colour * target_scatters(before, parts.first, path.second);",
+            "value *= params.extinction * target_scatters(before, parts.first, path.second);",
         ),
         (
             "albedo of the third vertex",
             "reuse/target",
-            "let scatters = target_density(path.third) * params.sigma;",
-            "let scatters = target_density(path.third) * params.sigma / params.albedo.x;",
+            "value *= colour * target_scatters(before, parts.second, path.third);",
+            "value *= params.extinction * target_scatters(before, parts.second, path.third);",
         ),
         (
             "the light that the third vertex sees, twice",
@@ -177,7 +177,7 @@ fn errors_of_moved_vertices_are_seen() {
         (
             "vertices stay where a neighbour had them",
             "reuse/merge",
-            "pair_shift(other.path, q, position)",
+            "pair_shift(other.path, q, position, frame.reconnect).path",
             "other.path",
         ),
         (
@@ -199,12 +199,20 @@ fn errors_of_what_is_behind_are_seen() {
     let mut stage = Stage::new("behind", &mut r, &scene, 16384);
     let still = |_| scene.clone();
     let course = Course { name: "nothing planted", last: 1, histories: 2 * HISTORIES, at: &still };
-    let plants = [(
-        "the background along the path's camera ray",
-        "reuse/shade",
-        "let view = view_ray(position, rng_bits(&rng));",
-        "let view = view_ray(position, kept.path.film);",
-    )];
+    let plants = [
+        (
+            "the background along the path's camera ray",
+            "reuse/shade",
+            "let view = view_ray(position, rng_bits(&rng));",
+            "let view = view_ray(position, kept.path.film);",
+        ),
+        (
+            "the chance to get through all of the depth",
+            "track/exact",
+            "let chance = exp(-params.proxy_weakest * max(depth - sure, 0.0));",
+            "let chance = exp(-params.proxy_weakest * depth);",
+        ),
+    ];
     all_are_seen(&a, &mut stage, &course, &plants);
 }
 
