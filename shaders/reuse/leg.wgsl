@@ -13,6 +13,7 @@ const LEG_BUDGET: u32 = 64u;    // looks after which none is made finer
 const LEG_MOST: u32 = 128u;     // looks at most; the last one stands for the rest
 const LEG_DEEP: f32 = 8.0;      // optical depth of the weakest channel beyond which it grows by its logarithm: no path
                                 // may be impossible
+const LEG_GLIMPSE: f32 = 1.0;   // the finest level of a glimpse
 const LEG_SMALL: f32 = 1e-3;    // of an optical depth, below which a series is more precise
 
 // How far a ray has been looked along.
@@ -101,6 +102,19 @@ fn leg_until(ray: Ray, far: f32, fine: bool, t: f32) -> LegMarch {
 // All of a leg that begins in the medium.
 fn leg_march(ray: Ray, far: f32) -> LegMarch {
     return leg_until(ray, far, true, far);
+}
+
+// A rough idea of −log of the transmittance from `ray.t` to `far`, at a handful of looks, each at cells of twice the side.
+fn leg_glimpse(ray: Ray, far: f32) -> f32 {
+    let finest = proxy_finest(ray, far);
+    var t = ray.t;
+    var depth = 0.0;
+    for (var level = LEG_GLIMPSE; level <= params.proxy_last; level += 1.0) {
+        let next = min(t + finest * exp2(level), far);
+        depth += proxy_depth(ray, t, next, level);
+        t = next;
+    }
+    return leg_grey(depth + proxy_depth(ray, t, max(far, t), params.proxy_last));
 }
 
 // −log of the transmittance to t, in the last stretch of a march.

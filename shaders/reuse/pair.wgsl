@@ -12,10 +12,11 @@
 // The partner in a round: ((p + origin) xor mask) − origin, with origin and mask those of frame and round; negative outside.
 fn pair_partner(position: vec2u, round: u32, frame: Frame) -> vec2i {
     let side = 1u << frame.reach;
-    let bits = rng_mix(rng_mix(frame.frame * 747796405u + 2891336453u) ^ (round * 277803737u + params.seed));
+    let key = rng_mix(frame.frame * 747796405u + 2891336453u);
+    let bits = rng_mix(key ^ (round * 277803737u + params.seed));
     let origin = vec2u(bits & 255u, (bits >> 8u) & 255u);
-    // Any offset but none.
-    let place = 1u + (bits >> 16u) % (side * side - 1u);
+    // Any offset but none, another in each round.
+    let place = 1u + ((key >> 16u) + round) % (side * side - 1u);
     let mask = vec2u(place % side, place / side);
     let partner = vec2i((position + origin) ^ mask) - vec2i(origin);
     let inside = all(partner >= vec2i(0)) && all(partner < vec2i(vec2u(params.width, params.height)));

@@ -1,4 +1,6 @@
-// Last pass of a frame: the light of each pixel's path with true transmittances, and what the camera sees through the medium.
+// Last pass of a frame: the light of a pixel's path and of those that it met, with true transmittances, and what the camera sees
+// through the medium. All of them in proportion to their weights are the mean of what choosing one would show, without the noise
+// of the choice.
 // Only here are random numbers drawn for a value that the resampling did not know: E[f̂·W] = E[E[f̂ | path]·W].
 //
 // Noise of these estimates is noise of the picture, so they are exact by default (track/exact). In volumes of very many voxels a
@@ -9,8 +11,7 @@
 //!use core/ray
 //!use track/comb
 //!use track/exact
-//!use reuse/target
-//!use reuse/frame
+//!use reuse/pairwise
 //!use film/film
 
 const SHADE_STREAM: u32 = 0x3c6ef372u;
@@ -27,6 +28,19 @@ fn shade_leg(ray: Ray, far: f32, walks: u32, rng: ptr<function, Rng>, count: ptr
     return vec3f(comb_transmittance(leg, leg.exit, spacing, rng, count));
 }
 
+// Light that a path brings to its pixel, but for its contribution weight.
+fn shade_path(position: vec2u, path: Path, walks: u32, rng: ptr<function, Rng>, count: ptr<function, Count>) -> vec3f {
+    let parts = target_parts(position, path);
+    let before = ray_new(parts.view.origin, parts.view.world);
+    var light = parts.value * shade_leg(before, path.t, walks, rng, count);
+    for (var i = 0u; i < parts.legs; i++) {
+        let leg = target_take(parts, i);
+        let onward = ray_new(leg.origin, leg.world);
+        light *= shade_leg(onward, min(onward.exit, leg.reach), walks, rng, count);
+    }
+    return light;
+}
+
 @compute @workgroup_size(8, 8)
 fn shade_main(@builtin(global_invocation_id) id: vec3u) {
     params = params_uniform;
@@ -39,25 +53,25 @@ fn shade_main(@builtin(global_invocation_id) id: vec3u) {
     let frame = frame_uniform;
     var rng = rng_start(pixel, frame.frame, params.seed ^ SHADE_STREAM);
     var count = Count();
-    let kept = reservoir_load(pixel);
-    let parts = target_parts(position, kept.path);
-    let holds = kept.aim > 0.0 && kept.weight != 0.0;
 
     // A path's film sample was chosen for what the medium scatters; what is behind it needs its own.
     let view = view_ray(position, rng_bits(&rng));
     let past = ray_new(view.origin, view.world);
     let through = vec3f(exact_or_none(past, proxy_end(past), &rng, &count));
-    let before = ray_new(parts.view.origin, parts.view.world);
-    let arrived = shade_leg(before, select(0.0, kept.path.t, holds), frame.walks, &rng, &count);
-    var reached = vec3f(1.0);
-    for (var i = 0u; i < select(0u, parts.legs, holds); i++) {
-        let leg = target_take(parts, i);
-        let onward = ray_new(leg.origin, leg.world);
-        reached *= shade_leg(onward, min(onward.exit, leg.reach), frame.walks, &rng, &count);
-    }
+    var radiance = through * light_background(view.world, -1.0);
 
-    let scattered = select(vec3f(0.0), parts.value * kept.weight * arrived * reached, holds);
-    var radiance = scattered + through * light_background(view.world, -1.0);
+    var all = pairwise_begin(position, reservoir_load(pixel), frame);
+    for (var i = 0u; i <= frame.neighbours; i++) {
+        var offer: PairwiseOffer;
+        if (i < frame.neighbours) {
+            offer = pairwise_meet(&all, position, i, frame);
+        } else {
+            offer = pairwise_own(all);
+        }
+        if (offer.w != 0.0) {
+            radiance += shade_path(position, offer.path, frame.walks, &rng, &count) * (offer.w / offer.aim);
+        }
+    }
     let bad = !(dot(radiance, radiance) < MATH_FAR);
     radiance = select(radiance, vec3f(0.0), bad);
     var sums = film_load(pixel);

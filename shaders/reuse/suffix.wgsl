@@ -7,7 +7,7 @@
 //!use light/toward
 //!use reuse/leg
 //!use reuse/onset
-//!use reuse/target
+//!use reuse/look
 //!use reuse/frame
 //!use reuse/frozen
 //!slot aim
@@ -16,8 +16,6 @@
 const SUFFIX_STREAM: u32 = 0x2c1b3c6du;
 const SUFFIX_NEXT: u32 = 0x9e3779b9u;   // tells one suffix of a pixel from the next
 
-const SUFFIX_BY_LIGHT: f32 = 0.5;       // of looks for light, by light samples
-
 // What a pixel has chosen so far.
 struct SuffixChoice {
     kept: Reservoir,
@@ -25,9 +23,9 @@ struct SuffixChoice {
 }
 
 // Offers a path whose legs to the last vertex flights have `seen`; `inverse` is one over the density that drew it.
-fn suffix_offer(pixel: vec2u, choice: ptr<function, SuffixChoice>, path: Path, seen: f32, inverse: f32, u: f32) {
-    let parts = target_parts(pixel, path);
-    let strength = target_strength(parts);
+fn suffix_offer(
+    pixel: vec2u, choice: ptr<function, SuffixChoice>, path: Path, parts: Target, strength: f32, seen: f32, inverse: f32, u: f32,
+) {
     var aim = 0.0;
     if (strength > 0.0 && strength < MATH_FAR) {
         aim = strength * aim_legs(pixel, path, parts, seen);
@@ -38,28 +36,6 @@ fn suffix_offer(pixel: vec2u, choice: ptr<function, SuffixChoice>, path: Path, s
     if (good && u * (*choice).sum < w) {
         (*choice).kept.path = path;
         (*choice).kept.aim = aim;
-    }
-}
-
-// Light that reaches a vertex (local space) straight, after travelling along `before`: a light sample or the direction that
-// scattering chooses, by chance where both may find light.
-fn suffix_look(
-    pixel: vec2u, choice: ptr<function, SuffixChoice>, found: Path, vertex: vec3f, before: vec3f, seen: f32, inverse: f32,
-    rng: ptr<function, Rng>,
-) {
-    let sky = LIGHT_HAS_MAP || LIGHT_HAS_DISC || math_max3(params.constant_radiance) > 0.0;
-    let share = select(0.0, select(1.0, SUFFIX_BY_LIGHT, sky), LIGHT_SAMPLED);
-    var path = found;
-    let drop = phase_drop(rng);
-    let onward = math_around_drop(before, drop, 2.0 * MATH_PI * rng_next(rng));
-    path.kind = found.kind + RESERVOIR_ESCAPE;
-    path.omega = reservoir_unfold(reservoir_fold(onward));
-    var density = phase_value(dot(before, path.omega)) * (1.0 - share);
-    if (LIGHT_SAMPLED && rng_next(rng) < share) {
-        density = share * target_look(&path, vertex, found.kind, rng);
-    }
-    if (density > 0.0) {
-        suffix_offer(pixel, choice, path, seen, inverse / density, rng_next(rng));
     }
 }
 
@@ -97,7 +73,8 @@ fn suffix_follow(
         path.second = select(path.second, vertex, depth == 1u);
         path.third = vertex;
         path.kind = RESERVOIR_DEEPER * depth;
-        suffix_look(position, &mine, path, vertex, before, seen, inverse, &rng);
+        let look = look_choose(position, path, vertex, before, &rng);
+        suffix_offer(position, &mine, look.path, look.parts, look.strength, seen, inverse * look.inverse, rng_next(&rng));
     }
     if (depth == RESERVOIR_VERTICES && params.max_bounces > RESERVOIR_VERTICES) {
         path.kind = RESERVOIR_FROZEN;
@@ -107,7 +84,9 @@ fn suffix_follow(
             return false;
         }
         path.value = reservoir_round(found);
-        suffix_offer(position, &mine, path, seen, inverse / toward_pdf(vertex, before, path.omega), rng_next(&rng));
+        let parts = target_parts(position, path);
+        let drawn = inverse / toward_pdf(vertex, before, path.omega);
+        suffix_offer(position, &mine, path, parts, target_strength(parts), seen, drawn, rng_next(&rng));
     }
     *choice = mine;
     return true;

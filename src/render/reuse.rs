@@ -41,6 +41,8 @@ const EMPTY: u64 = 32;
 /// Bits of `Frame::history`: paths all of whose factors are known, and those with light that is frozen in them.
 const KNOWN: u32 = 1;
 const FROZEN: u32 = 2;
+/// Most vertices of a path that are kept; light of more scatterings is frozen. Twin of `RESERVOIR_VERTICES`.
+const VERTICES: u32 = 3;
 /// Dispatches in which long paths may end.
 const CATCH_UPS: u32 = 256;
 
@@ -123,7 +125,7 @@ impl Pass {
             Pass::Temporal | Pass::Reproject | Pass::Gather => &[Near, Far, OtherNear, OtherFar, Frame],
             Pass::Pair => &[Near, Far, Pairs, Frame],
             Pass::Merge => &[Near, Far, OtherNear, OtherFar, Pairs, Frame],
-            Pass::Shade => &[FilmSum, FilmSquare, Counters, Near, Far, Frame],
+            Pass::Shade => &[FilmSum, FilmSquare, Counters, Near, Far, Pairs, Frame],
             Pass::Finish => &[FilmSum, FilmSquare, Counters, Near, Far],
         }
     }
@@ -245,9 +247,14 @@ pub struct Picture<'a> {
     pub lights: &'a [GpuLight],
 }
 
+/// Whether a scene's paths may scatter more often than that.
+fn exceeds(scene: &Scene, bounces: u32) -> bool {
+    !matches!(scene.integrator.max_bounces, Limit::AtMost(most) if most <= bounces)
+}
+
 /// Whether a scene's paths may have a second vertex.
 pub fn has_second(scene: &Scene) -> bool {
-    !matches!(scene.integrator.max_bounces, Limit::AtMost(0 | 1))
+    exceeds(scene, 1)
 }
 
 impl Reuse {
@@ -431,7 +438,7 @@ impl Reuse {
         layout: &wgpu::BindGroupLayout,
         merged: bool,
     ) -> wgpu::BindGroup {
-        let own = if matches!(pass, Pass::Shade | Pass::Finish) { self.last_written(merged) } else { self.turn };
+        let own = if pass == Pass::Finish { self.last_written(merged) } else { self.turn };
         let entries: Vec<wgpu::BindGroupEntry> = pass
             .bound()
             .iter()
@@ -523,7 +530,7 @@ impl Reuse {
             };
             let begin = Instant::now();
             dispatch(&mut encoder);
-            if *pass == Pass::Suffix {
+            if *pass == Pass::Suffix && exceeds(picture.scene, VERTICES) {
                 // Long paths go on in another dispatch; most frames have none.
                 let mut behind = film.count(gpu)?.behind;
                 for _ in 0..CATCH_UPS {

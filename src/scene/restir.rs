@@ -91,7 +91,7 @@ section! {
         history: History = History::Spatial, label("History"), effect(Effect::Reuse);
         /// Voxels along the side of the finest cell of the density from afar, by which paths are weighed.
         proxy_cell: u32 = 2, label("Proxy cell"), unit("voxels"), range(2.0, 8.0), effect(Effect::Method);
-        /// The last step estimates true transmittances along the chosen path by so many looks at the density for an optical depth of 2 of the majorant. 0: exactly, from voxel to voxel.
+        /// The last step estimates true transmittances along the paths that a pixel shows by so many looks at the density for an optical depth of 2 of the majorant. 0: exactly, from voxel to voxel.
         final_samples: u32 = 0, label("Final looks"), range(0.0, 16.0), effect(Effect::Reuse);
         /// Where light is frozen at the third vertex, it stays if the leg to it is longer than this times the way that the others move, before and after.
         reconnect_distance: f64 = 1.0, label("Reconnect"), range(0.0, 8.0), effect(Effect::Reuse);

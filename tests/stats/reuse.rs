@@ -156,8 +156,8 @@ fn partners_are_one_anothers() {
     assert!(!pairs(&a, &planted.source).0);
     let planted = plant(
         "reuse/pair",
-        "let place = 1u + (bits >> 16u) % (side * side - 1u);",
-        "let place = (bits >> 16u) % (side * side);",
+        "let place = 1u + ((key >> 16u) + round) % (side * side - 1u);",
+        "let place = ((key >> 16u) + round) % (side * side);",
     );
     assert!(!pairs(&a, &planted.source).0);
 }

@@ -13,6 +13,8 @@ const WORST: f64 = 5.0;
 const ROUNDING: f64 = 1e-5;
 /// How much longer.
 const LONGER: u32 = 4;
+/// Histories between looks at how well their mean is known.
+const BATCH: u32 = 50;
 
 /// A renderer and the picture that histories end at.
 pub struct Stage<'a> {
@@ -37,6 +39,8 @@ pub struct Verdict {
     pub channel: f64,
     pub square: f64,
     pub worst: f64,
+    /// The greatest bias of a tile, relative to its own mean, and its standard error.
+    pub tile: [f64; 2],
 }
 
 impl Verdict {
@@ -47,11 +51,13 @@ impl Verdict {
 
     fn say(&self, name: &str, histories: u32) {
         eprintln!(
-            "{name}: {:+.2} ± {:.2} %, χ² {:.2}, worst tile {:.1}, worst channel {:.1} ({histories} histories)",
+            "{name}: {:+.2} ± {:.2} %, χ² {:.2}, worst tile {:.1} ({:.2} ± {:.2} %), worst channel {:.1} ({histories} histories)",
             100.0 * self.bias,
             100.0 * self.error,
             self.square,
             self.worst,
+            100.0 * self.tile[0],
+            100.0 * self.tile[1],
             self.channel
         );
     }
@@ -83,13 +89,27 @@ impl<'a> Stage<'a> {
 
     /// Draws histories with seeds from `seed` on; compares them with the reference.
     fn verdict(&mut self, histories: u32, seed: u32, draw: &dyn Fn(&mut Renderer, u32) -> Sums) -> Verdict {
-        let (width, height) = (self.truth.width as usize, self.truth.height as usize);
-        let (across, down) = (width.div_ceil(TILE), height.div_ceil(TILE));
-        let mut spread = Spread::new(across * down + 4);
+        let mut spread = Spread::default();
+        self.draw(&mut spread, histories, seed, draw);
+        self.compare(&spread)
+    }
+
+    fn tiles(&self) -> (usize, usize) {
+        ((self.truth.width as usize).div_ceil(TILE), (self.truth.height as usize).div_ceil(TILE))
+    }
+
+    fn draw(&mut self, spread: &mut Spread, histories: u32, seed: u32, draw: &dyn Fn(&mut Renderer, u32) -> Sums) {
+        let (across, down) = self.tiles();
         for k in 0..histories {
             let sums = draw(self.renderer, seed + k);
             spread.add(&parts(&sums, across, down));
         }
+    }
+
+    /// What has been drawn against the reference.
+    fn compare(&self, spread: &Spread) -> Verdict {
+        let (width, height) = (self.truth.width as usize, self.truth.height as usize);
+        let (across, down) = self.tiles();
         let truth = parts(&self.truth, across, down);
         let mut errors = vec![0.0; truth.len()];
         for p in 0..width * height {
@@ -99,22 +119,39 @@ impl<'a> Stage<'a> {
             (0..3).for_each(|c| errors[across * down + c] += variance[c]);
             errors[across * down + 3] += variance.iter().sum::<f64>() / 9.0;
         }
-        let n = f64::from(histories);
-        let z = |i: usize| {
+        let n = spread.n;
+        let error = |i: usize| {
             let rounding = (ROUNDING * truth[i]).powi(2);
-            (spread.mean[i] - truth[i]) / (spread.square[i] / (n - 1.0) / n + errors[i] + rounding).sqrt()
+            (spread.square[i] / (n - 1.0) / n + errors[i] + rounding).sqrt()
         };
-        let mean = truth[across * down + 3];
-        // Tiles of hardly anything but sky say nothing.
-        let tiles: Vec<f64> = (0..across * down).filter(|&t| truth[t] > 1e-3 * mean).map(z).collect();
+        let z = |i: usize| (spread.mean[i] - truth[i]) / error(i);
         let whole = across * down + 3;
-        let bias = (spread.mean[whole] - mean) / mean;
+        let mean = truth[whole];
+        // Tiles of hardly anything but sky say nothing.
+        let tiles: Vec<usize> = (0..across * down).filter(|&t| truth[t] > 1e-3 * mean).collect();
+        let squares = tiles.iter().map(|&t| z(t) * z(t));
+        let relative = tiles.iter().map(|&t| [(spread.mean[t] - truth[t]).abs() / truth[t], error(t) / truth[t]]);
         Verdict {
-            bias,
-            error: bias.abs() / z(whole).abs().max(f64::MIN_POSITIVE),
+            bias: (spread.mean[whole] - mean) / mean,
+            error: error(whole) / mean,
             channel: (across * down..whole).map(|c| z(c).abs()).fold(0.0, f64::max),
-            square: tiles.iter().map(|z| z * z).sum::<f64>() / tiles.len() as f64,
-            worst: tiles.iter().fold(0.0, |worst, z| z.abs().max(worst)),
+            square: squares.sum::<f64>() / tiles.len() as f64,
+            worst: tiles.iter().fold(0.0, |worst, &t| z(t).abs().max(worst)),
+            tile: relative.fold([0.0; 2], |worst, tile| if tile[0] > worst[0] { tile } else { worst }),
+        }
+    }
+
+    /// Draws histories until the error of their mean is below `least`, or `course.histories` of them: what they say.
+    pub fn until(&mut self, course: &Course, least: f64) -> Verdict {
+        let mut spread = Spread::default();
+        loop {
+            let drawn = spread.n as u32;
+            self.draw(&mut spread, BATCH, 1 + drawn, &|renderer, seed| history(renderer, course, seed));
+            let verdict = self.compare(&spread);
+            if verdict.error < least || spread.n as u32 >= course.histories {
+                verdict.say(&format!("{}, {}", self.name, course.name), spread.n as u32);
+                return verdict;
+            }
         }
     }
 
@@ -174,6 +211,7 @@ fn parts(sums: &Sums, across: usize, down: usize) -> Vec<f64> {
 }
 
 /// Running means and sums of squares of several numbers.
+#[derive(Default)]
 struct Spread {
     n: f64,
     mean: Vec<f64>,
@@ -181,11 +219,9 @@ struct Spread {
 }
 
 impl Spread {
-    fn new(numbers: usize) -> Spread {
-        Spread { n: 0.0, mean: vec![0.0; numbers], square: vec![0.0; numbers] }
-    }
-
     fn add(&mut self, values: &[f64]) {
+        self.mean.resize(values.len(), 0.0);
+        self.square.resize(values.len(), 0.0);
         self.n += 1.0;
         for ((mean, square), x) in self.mean.iter_mut().zip(&mut self.square).zip(values) {
             let delta = x - *mean;

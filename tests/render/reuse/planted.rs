@@ -32,25 +32,25 @@ fn errors_of_merging_are_seen() {
     let plants = [
         (
             "neighbours without MIS weights",
-            "reuse/merge",
-            "        let m = share * part / max(part + own.confidence * here, 1e-37);\n",
-            "        let m = share;\n        own_m = own.confidence / total;\n",
+            "reuse/pairwise",
+            "    let m = share * part / max(part + own.confidence * here, 1e-37);\n",
+            "    let m = share;\n    (*all).own_m = own.confidence / (*all).total;\n",
         ),
         (
             "neighbours by their own confidence",
-            "reuse/merge",
+            "reuse/pairwise",
             "let part = others * other.aim;",
             "let part = other.confidence * other.aim;",
         ),
         (
             "the own path by a neighbour's confidence",
-            "reuse/merge",
+            "reuse/pairwise",
             "own_part / max(others * there + own_part, 1e-37)",
             "own_part / max(other.confidence * there + own_part, 1e-37)",
         ),
         (
             "the partner's aim of its own path",
-            "reuse/merge",
+            "reuse/pairwise",
             "let here = pair_aims[round * pixels + other_pixel];",
             "let here = other.aim;",
         ),
@@ -70,9 +70,16 @@ fn errors_of_histories_are_seen() {
         (
             "shading with the proxy",
             "reuse/shade",
-            "parts.value * kept.weight * arrived * reached",
-            "parts.value * kept.weight * exp(-leg_march(before, kept.path.t).grey - target_grey(parts.first))",
+            "    return light;\n",
+            "    return parts.value * exp(-leg_march(before, path.t).grey - target_grey(parts.first));\n",
         ),
+        (
+            "shading the own path alone",
+            "reuse/shade",
+            "if (offer.w != 0.0) {",
+            "if (offer.w != 0.0 && i == frame.neighbours) {",
+        ),
+        ("shading by the own path's aim", "reuse/shade", "(offer.w / offer.aim)", "(offer.w / max(all.own.aim, 0.5 * offer.aim))"),
         (
             "temporal without MIS weights",
             "reuse/temporal",
@@ -143,6 +150,8 @@ fn errors_of_more_scatterings_are_seen() {
             "inverse / toward_pdf(vertex, before, path.omega)",
             "inverse",
         ),
+        ("looks for the sky that count in full", "reuse/look", "sky.inverse / max(1.0 - chance, 1e-30)", "sky.inverse"),
+        ("looks for lights that count in full", "reuse/look", "light.inverse / chance", "light.inverse"),
         (
             "albedo of the second vertex",
             "reuse/target",
@@ -176,7 +185,7 @@ fn errors_of_moved_vertices_are_seen() {
     let plants = [
         (
             "vertices stay where a neighbour had them",
-            "reuse/merge",
+            "reuse/pairwise",
             "pair_shift(other.path, q, position, frame.reconnect).path",
             "other.path",
         ),
@@ -204,7 +213,7 @@ fn errors_of_what_is_behind_are_seen() {
             "the background along the path's camera ray",
             "reuse/shade",
             "let view = view_ray(position, rng_bits(&rng));",
-            "let view = view_ray(position, kept.path.film);",
+            "let view = view_ray(position, reservoir_load(pixel).path.film);",
         ),
         (
             "the chance to get through all of the depth",
@@ -251,11 +260,13 @@ fn errors_after_edits_are_seen() {
         ),
     ];
     all_are_seen(&a, &mut stage, &course, &plants);
-    let scene = sunny(6);
+    // So many scatterings that much of the light is frozen.
+    let mut scene = sunny(16);
+    albedo(&mut scene, 1.0);
     let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
     let mut stage = Stage::new("after an edit of the density", &mut r, &scene, 16384);
     let thicker = edited(&scene, |s| s.medium.density_scale = nephele::scene::value::Auto::Is(1.0));
-    let course = Course { name: "nothing planted", last: 5, histories: HISTORIES, at: &thicker };
+    let course = Course { name: "nothing planted", last: 5, histories: 3 * HISTORIES, at: &thicker };
     let plants = [(
         "estimates of before the edit kept",
         "reuse/temporal",

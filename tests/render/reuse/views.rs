@@ -42,7 +42,7 @@ fn partner(pixel: u32, round: u32, frame: u32, scene: &Scene) -> Option<usize> {
     let side = 1u32 << scene.restir.reach;
     let key = mix(frame.wrapping_mul(747_796_405).wrapping_add(2_891_336_453));
     let bits = mix(key ^ round.wrapping_mul(277_803_737).wrapping_add(scene.integrator.seed));
-    let place = 1 + (bits >> 16) % (side * side - 1);
+    let place = 1 + ((key >> 16) + round) % (side * side - 1);
     let along = |at: u32, origin: u32, mask: u32| ((at + origin) ^ mask).checked_sub(origin).filter(|x| *x < PICTURE);
     let x = along(pixel % PICTURE, bits & 255, place % side)?;
     let y = along(pixel / PICTURE, bits >> 8 & 255, place / side)?;
@@ -93,8 +93,8 @@ fn confidences_are_what_they_must_be() {
     }
     // Pictures do not tell these: a wrong confidence makes noise, no bias.
     for (what, file, from, to) in [
-        ("doubled by merging", "reuse/merge", "kept.confidence = total;", "kept.confidence = 2.0 * total;"),
-        ("lost by merging", "reuse/merge", "kept.confidence = total;", "kept.confidence = own.confidence;"),
+        ("doubled by merging", "reuse/merge", "kept.confidence = all.total;", "kept.confidence = 2.0 * all.total;"),
+        ("lost by merging", "reuse/merge", "kept.confidence = all.total;", "kept.confidence = all.own.confidence;"),
         ("without a cap", "reuse/temporal", "own.confidence += c_old;", "own.confidence += old.confidence;"),
         ("of the history alone", "reuse/temporal", "own.confidence += c_old;", "own.confidence = max(c_old, 1.0);"),
     ] {
