@@ -79,7 +79,12 @@ fn errors_of_histories_are_seen() {
             "if (offer.w != 0.0) {",
             "if (offer.w != 0.0 && i == frame.neighbours) {",
         ),
-        ("shading by the own path's aim", "reuse/shade", "(offer.w / offer.aim)", "(offer.w / max(all.own.aim, 0.5 * offer.aim))"),
+        (
+            "shading by the own path's aim",
+            "reuse/shade",
+            "(offer.w / offer.aim)",
+            "(offer.w / max(all.own.aim, 0.5 * offer.aim))",
+        ),
         (
             "temporal without MIS weights",
             "reuse/temporal",
