@@ -442,7 +442,15 @@ fn slot_files_of_a_slot_declare_the_same_functions() {
         &["medium_density"],
         &["majorant_segment"],
         &["phase_value", "phase_drop"],
-        &["spectrum_hero", "spectrum_step", "spectrum_weight", "spectrum_extinction", "spectrum_max", "spectrum_mean"],
+        &[
+            "spectrum_hero",
+            "spectrum_step",
+            "spectrum_weight",
+            "spectrum_extinction",
+            "spectrum_max",
+            "spectrum_mean",
+            "spectrum_depth",
+        ],
     ];
     for ((_, files), wanted) in SLOTS.iter().zip(functions) {
         let first = signatures(files[0], wanted);

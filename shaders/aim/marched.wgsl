@@ -16,9 +16,9 @@ const MARCHED_THROUGH: u32 = RESERVOIR_NONE;
 const MARCHED_VEIL: f32 = 0.01;
 
 // How coarsely a leg is seen: the level of the density from afar, and the step in its finest cells. The release marches
-// 2 · (mip + 1) voxels on mip maps of the density, of which the finest cells here are the first.
-const MARCHED_REUSE: vec2f = vec2f(0.0, 2.0);
-const MARCHED_FIRST: vec2f = vec2f(1.0, 3.0);
+// 2 · (mip + 1) voxels on mip maps of the density, of which the finest cells here are the density itself.
+const MARCHED_REUSE: vec2f = vec2f(1.0, 4.0);
+const MARCHED_FIRST: vec2f = vec2f(2.0, 6.0);
 
 const MARCHED_MOST: u32 = 2048u;   // steps of a leg, a guard
 const MARCHED_DEEP: f32 = 12.0;    // optical depth beyond which nothing is seen
@@ -33,25 +33,34 @@ fn marched_luminance(v: vec3f) -> f32 {
     return dot(abs(v), vec3f(0.2126, 0.7152, 0.0722));
 }
 
-// Transmittance from `ray.t` to `far` from afar, channels averaged.
-fn marched_seen(ray: Ray, far: f32, look: vec2f) -> f32 {
-    if (PROXY_EXACT) {
-        return max(marched_mean(select(0.0, proxy_depth(ray, ray.t, far, look.x), far > ray.t)), MARCHED_FLOOR);
-    }
+// Transmittance of legs from number `first` to the one before number `end` from afar, channels averaged. One loop for all legs, as
+// in reuse/target.
+fn marched_seen(parts: Target, t: f32, first: u32, end: u32, look: vec2f) -> f32 {
     let level = min(look.x, params.proxy_last);
-    let step = look.y / (params.proxy_inv_cell * math_max3(abs(ray.direction)));
     let deep = MARCHED_DEEP / params.proxy_weakest;
-    var t = ray.t;
+    var seen = 1.0;
     var depth = 0.0;
-    for (var i = 0u; i < MARCHED_MOST; i++) {
-        if (t >= far || depth > deep) {
-            break;
+    var steps = 0u;
+    var i = first;
+    var way = target_way(parts, t, i);
+    while (i < end) {
+        let ray = way.ray;
+        let far = min(ray.exit, way.reach);
+        if (ray.t < far && depth <= deep && steps < MARCHED_MOST) {
+            let step = look.y / (params.proxy_inv_cell * math_max3(abs(ray.direction)));
+            let next = select(min(ray.t + step, far), far, PROXY_EXACT);
+            depth += proxy_depth(ray, ray.t, next, level);
+            way.ray.t = next;
+            steps += 1u;
+        } else {
+            seen *= max(marched_mean(depth), MARCHED_FLOOR);
+            depth = 0.0;
+            steps = 0u;
+            i += 1u;
+            way = target_way(parts, t, i);
         }
-        let next = min(t + step, far);
-        depth += proxy_depth(ray, t, next, level);
-        t = next;
     }
-    return max(marched_mean(depth), MARCHED_FLOOR);
+    return seen;
 }
 
 // What a pixel sees that looks through the medium, but for the transmittance.
@@ -65,15 +74,9 @@ fn marched_strength(parts: Target) -> f32 {
     return select(0.0, strength, strength < MATH_FAR);
 }
 
-// Transmittance of all legs after the camera's.
+// Transmittance of all legs after the camera's; those of a path of no `strength` are not looked along.
 fn marched_onward(parts: Target, strength: f32, look: vec2f) -> f32 {
-    var seen = 1.0;
-    for (var i = 0u; i < select(0u, parts.legs, strength > 0.0); i++) {
-        let leg = target_take(parts, i);
-        let ray = ray_new(leg.origin, leg.world);
-        seen *= marched_seen(ray, min(ray.exit, leg.reach), look);
-    }
-    return seen;
+    return marched_seen(parts, 0.0, 1u, select(0u, parts.legs + 1u, strength > 0.0), look);
 }
 
 // What a path is worth to a pixel.
@@ -81,13 +84,12 @@ fn marched_value(pixel: vec2u, path: Path) -> f32 {
     let through = path.kind == MARCHED_THROUGH;
     let parts = target_parts(pixel, path);
     var strength = marched_strength(parts);
-    let onward = marched_onward(parts, strength, MARCHED_REUSE);
+    let legs = select(select(0u, parts.legs, strength > 0.0), 0u, through);
     if (through) {
         strength = marched_behind(parts.view);
     }
-    let ray = ray_new(parts.view.origin, parts.view.world);
-    let reach = select(select(0.0, path.t, strength > 0.0), ray.exit, through);
-    let aim = strength * marched_seen(ray, min(ray.exit, reach), MARCHED_REUSE) * onward;
+    let t = select(path.t, MATH_FAR, through);
+    let aim = strength * marched_seen(parts, t, 0u, select(0u, legs + 1u, strength > 0.0), MARCHED_REUSE);
     return select(0.0, aim, aim < MATH_FAR);
 }
 
@@ -98,6 +100,5 @@ fn aim_strength(parts: Target) -> f32 {
 
 // The transmittance of all of its legs; flights have `seen` another.
 fn aim_legs(pixel: vec2u, path: Path, parts: Target, seen: f32) -> f32 {
-    let ray = ray_new(parts.view.origin, parts.view.world);
-    return marched_seen(ray, min(ray.exit, path.t), MARCHED_REUSE) * marched_onward(parts, 1.0, MARCHED_REUSE);
+    return marched_seen(parts, path.t, 0u, parts.legs + 1u, MARCHED_REUSE);
 }

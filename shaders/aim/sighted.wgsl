@@ -11,5 +11,5 @@ fn aim_legs(pixel: vec2u, path: Path, parts: Target, seen: f32) -> f32 {
     if (path.kind == RESERVOIR_FROZEN) {
         return seen;
     }
-    return seen * exp(-target_grey(target_take(parts, parts.legs - 1u)));
+    return seen * target_seen(parts, path.t, parts.legs);
 }

@@ -28,7 +28,7 @@ const PATH_LIGHT_ROUNDS: u32 = 5u;       // the same for each light at a collisi
 
 @compute @workgroup_size(8, 8)
 fn path_main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    params = params_uniform;
+    params = params_vary(params_uniform, group.z);
     light_begin(0u);
     let tile = ((slice.first_group + group.x) * params.tile_stride) % params.tiles;
     let position = vec2u(tile % params.tiles_x, tile / params.tiles_x) * 8u + local.xy;

@@ -10,12 +10,17 @@ const DUAL_ORIGIN: f32 = select(0.5, 0.0, MEDIUM_NEAREST);  // where cells begin
 const DUAL_GAUSS: f32 = 0.21132487;  // (1 − 1/√3) / 2
 const DUAL_ROUNDS: u32 = 24u;        // halvings that find a root to a float's last digit
 
-// The t up to which the density is one cubic: more than `t`.
-fn dual_exit(ray: Ray, t: f32) -> f32 {
+// The t of the next plane across each axis.
+fn dual_planes(ray: Ray, t: f32) -> vec3f {
     let up = ray.direction > vec3f(0.0);
     let p = ray_at(ray, t) + select(vec3f(-params.epsilon), vec3f(params.epsilon), up) - DUAL_ORIGIN;
     let face = floor(p) + select(vec3f(0.0), vec3f(1.0), up) + DUAL_ORIGIN;
-    return max(math_min3((face - ray.origin) * ray.inverse), t + ray.epsilon);
+    return (face - ray.origin) * ray.inverse;
+}
+
+// The t up to which the density is one cubic: more than `t`.
+fn dual_exit(ray: Ray, t: f32) -> f32 {
+    return max(math_min3(dual_planes(ray, t)), t + ray.epsilon);
 }
 
 // ∫ density dt from `a` to `b` in one cell.

@@ -101,7 +101,9 @@ fn probe_reuse_table(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
         sum += select(0.0, (b.t - a.t) * 0.5 * (a.density + b.density), same);
         share += select(0.0, 0.5 / f32(PROBE_REUSE_STEPS), same);
     }
-    let leg = target_camera(position, film, drawn.t);
+    var parts = Target();
+    parts.view = view;
+    let leg = target_seen(parts, drawn.t, 0u);
     let t = mix(ray.t, ray.exit, rng_next(rng));
     let density = select(0.0, target_density(ray_at(ray, t)), ray.exit > ray.t);
     let k = probe_reuse_stretch(t);
@@ -115,7 +117,7 @@ fn probe_reuse_table(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
     );
 }
 
-// A leg from a random point: whether there is medium beyond what is said to be its end.
+// A leg from a random point: whether there is medium where it loses no light.
 fn probe_reuse_leg(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let origin = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
     let target_point = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
@@ -123,8 +125,9 @@ fn probe_reuse_leg(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let leg = leg_march(ray, ray.exit);
     let t = ray.exit * rng_next(rng);
     let density = target_density(ray_at(ray, t));
-    let outside = t < leg.start || t > leg.end;
-    return array<vec4f, 2>(vec4f(density, select(0.0, density, outside), t, leg.end), vec4f(f32(leg.looks), leg.depth, 0.0, 0.0));
+    let stretch = leg_until(ray, ray.exit, true, t);
+    let missed = stretch.before_t > t || stretch.t < t || !(stretch.grey > stretch.before_grey);
+    return array<vec4f, 2>(vec4f(density, select(0.0, density, missed), t, 0.0), vec4f(f32(leg.looks), leg.depth, 0.0, 0.0));
 }
 
 // The flight that a number draws along a leg: the transmittance to it from afar, against the number; and its density against the

@@ -4,7 +4,6 @@
 //!slot medium
 
 const PROXY_EXACT: bool = true;
-const PROXY_LEAST: f32 = 0.0;    // the finest level
 const PROXY_ENDLESS: f32 = 1e6;  // stands for an endless optical depth; small enough to be multiplied by 0
 const PROXY_DEEP: f32 = 24.0;    // optical depth beyond which nothing is seen
 const PROXY_REST: f32 = 1e-6;    // share of the depth of an endless ray that is left away
@@ -28,7 +27,7 @@ fn proxy_coarsest() -> f32 {
     return 6.0;
 }
 
-// Optical depth of the strongest channel from `a` to `b`.
+// Optical depth of the strongest channel from `a` to `b`, whatever the level.
 fn proxy_depth(ray: Ray, a: f32, b: f32, level: f32) -> f32 {
     return min(medium_depth(ray, a, b) * params.sigma, PROXY_ENDLESS);
 }

@@ -3,14 +3,11 @@
 //!use core/params
 //!use core/math
 //!use core/ray
-//!slot medium
 
 @group(1) @binding(3) var proxy_texture: texture_3d<f32>;
 @group(1) @binding(4) var proxy_sampler: sampler;
 
 const PROXY_EXACT: bool = false;
-const PROXY_LEAST: f32 = -1.0;    // the finest level: looks at the density itself
-const PROXY_DOUBT: f32 = 0.1;     // share of a cell's density that is there even so
 
 // Where there is nothing more to look for along a ray.
 fn proxy_end(ray: Ray) -> f32 {
@@ -28,13 +25,8 @@ fn proxy_coarsest() -> f32 {
     return params.proxy_last;
 }
 
-// Optical depth of the strongest channel from `a` to `b`, by one look. Below level 0 it is at the density itself, which may be
-// 0 where it is not all along.
+// Optical depth of the strongest channel from `a` to `b`, by one look at a level of cells.
 fn proxy_depth(ray: Ray, a: f32, b: f32, level: f32) -> f32 {
     let place = ray_at(ray, 0.5 * (a + b));
-    var density = textureSampleLevel(proxy_texture, proxy_sampler, place * params.inv_proxy, max(level, 0.0)).x;
-    if (level < 0.0) {
-        density = max(PROXY_DOUBT * density, medium_density(place));
-    }
-    return density * (b - a) * params.sigma;
+    return textureSampleLevel(proxy_texture, proxy_sampler, place * params.inv_proxy, level).x * (b - a) * params.sigma;
 }

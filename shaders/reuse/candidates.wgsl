@@ -5,6 +5,7 @@
 //!use core/math
 //!use core/ray
 //!use reuse/table
+//!use reuse/end
 //!use reuse/target
 //!use reuse/frame
 //!use reuse/onset
@@ -13,7 +14,7 @@ const CANDIDATES_STREAM: u32 = 0x68bc21ebu;  // tells its random numbers from ot
 
 @compute @workgroup_size(8, 8)
 fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     light_begin(0u);
     let position = id.xy;
     if (position.x >= params.width || position.y >= params.height) {
@@ -36,7 +37,7 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
     var onset = Onset();
 
     // Light samples and, where scattering may find light, phase samples: each kind has its own stretches of the table.
-    let sky = LIGHT_HAS_MAP || LIGHT_HAS_DISC || math_max3(params.constant_radiance) > 0.0;
+    let sky = end_finds();
     let by_light = select(0u, select(frame.candidates, (frame.candidates + 1u) / 2u, sky), LIGHT_SAMPLED);
     let by_phase = select(0u, max(frame.candidates - by_light, 1u), sky);
     let all = select(0u, by_light + by_phase, table_any() && params.max_bounces > 0u);
@@ -50,14 +51,13 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
         if (REUSE_SECOND) {
             onset_offer(&onset, view, path.t, drawn.transmittance, drawn.density * f32(all), rng_three(&rng));
         }
-        let drop = phase_drop(&rng);
-        let onward = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
-        path.omega = reservoir_unfold(reservoir_fold(onward));
-        var density = drawn.density * count * phase_value(dot(view.world, path.omega));
+        var density = drawn.density * count;
         if (LIGHT_SAMPLED && lit) {
-            density = drawn.density * count * target_look(&path, vertex, 0u, &rng);
+            density *= end_lit(&path, vertex, 0u, &rng);
+        } else {
+            density *= end_scattered(&path, view.world, 0u, &rng);
         }
-        let aim = target_given(position, path, drawn.transmittance);
+        let aim = target_beyond(position, path, drawn.transmittance, 1u);
         let w = select(0.0, aim / density, aim > 0.0 && density > 0.0);
         sum += w;
         if (rng_next(&rng) * sum < w) {

@@ -13,18 +13,18 @@ const LEG_BUDGET: u32 = 64u;    // looks after which none is made finer
 const LEG_MOST: u32 = 128u;     // looks at most; the last one stands for the rest
 const LEG_DEEP: f32 = 8.0;      // optical depth of the weakest channel beyond which it grows by its logarithm: no path
                                 // may be impossible
-const LEG_GLIMPSE: f32 = 1.0;   // the finest level of a glimpse
+const LEG_NEAR: f32 = 2.0;      // the level where a leg begins in the medium
+const LEG_GLIMPSE: f32 = 2.0;   // the finest level of a glimpse
 const LEG_SMALL: f32 = 1e-3;    // of an optical depth, below which a series is more precise
 
 // How far a ray has been looked along.
 struct LegMarch {
     t: f32,
     grey: f32,         // −log of the transmittance to there
+    seen: f32,         // and that itself
     before_t: f32,     // the same where the last stretch begins
     before_grey: f32,
     depth: f32,        // optical depth of the strongest channel
-    start: f32,        // what has been met lies between these
-    end: f32,
     far: f32,          // where it ends
     finest: f32,       // length of a look at the finest level
     top: f32,          // the coarsest that is asked
@@ -34,10 +34,8 @@ struct LegMarch {
 
 // −log of the transmittance, channels averaged, of an optical depth of the strongest; never infinite.
 fn leg_grey(depth: f32) -> f32 {
-    let e = spectrum_extinction();
     let deep = LEG_DEEP / params.proxy_weakest;
-    let d = select(deep + log(1.0 + max(depth - deep, 0.0)), depth, depth < deep);
-    return select(-log(spectrum_mean(exp(-e * d))), spectrum_mean(e) * d, d < LEG_SMALL);
+    return spectrum_depth(select(deep + log(1.0 + max(depth - deep, 0.0)), depth, depth < deep));
 }
 
 // 1 − exp(−x), precise for small x too.
@@ -55,7 +53,7 @@ fn leg_begin(ray: Ray, far: f32, fine: bool) -> LegMarch {
     let finest = max(proxy_finest(ray, far), 1e-30);
     let wanted = floor(log2(max((far - ray.t) / (LEG_COARSE * finest), 1.0)));
     let top = min(wanted, proxy_coarsest());
-    return LegMarch(ray.t, 0.0, ray.t, 0.0, 0.0, ray.t, ray.t, far, finest, top, select(top, 0.0, fine), 0u);
+    return LegMarch(ray.t, 0.0, 1.0, ray.t, 0.0, 0.0, far, finest, top, select(top, min(top, LEG_NEAR), fine), 0u);
 }
 
 // Whether there is more to look at.
@@ -70,19 +68,19 @@ fn leg_advance(ray: Ray, march: ptr<function, LegMarch>) -> bool {
     let piece = proxy_depth(ray, m.t, t, m.level);
     let depth = m.depth + piece;
     let grey = leg_grey(depth);
-    let loss = exp(-m.grey) * leg_opacity(grey - m.grey);
+    let seen = exp(-grey);
+    let loss = m.seen - seen;
     (*march).looks = m.looks + 1u;
-    if (loss > LEG_LOSS && m.level > PROXY_LEAST && m.looks < LEG_BUDGET) {
-        (*march).level = max(m.level - ceil(log2(loss / LEG_LOSS)), PROXY_LEAST);
+    if (loss > LEG_LOSS && m.level > 0.0 && m.looks < LEG_BUDGET) {
+        (*march).level = max(m.level - ceil(log2(loss / LEG_LOSS)), 0.0);
         return false;
     }
     (*march).before_t = m.t;
     (*march).before_grey = m.grey;
     (*march).t = t;
     (*march).grey = grey;
+    (*march).seen = seen;
     (*march).depth = depth;
-    (*march).start = select(m.start, select(m.start, m.t, piece > 0.0), m.depth == 0.0);
-    (*march).end = select(m.end, t, piece > 0.0);
     (*march).level = min(m.level + select(0.0, 1.0, loss < LEG_THIN * LEG_LOSS), m.top);
     return true;
 }
@@ -107,14 +105,15 @@ fn leg_march(ray: Ray, far: f32) -> LegMarch {
 // A rough idea of −log of the transmittance from `ray.t` to `far`, at a handful of looks, each at cells of twice the side.
 fn leg_glimpse(ray: Ray, far: f32) -> f32 {
     let finest = proxy_finest(ray, far);
+    let last = min(ceil(log2(max((far - ray.t) / finest, 1.0))), proxy_coarsest());
     var t = ray.t;
     var depth = 0.0;
-    for (var level = LEG_GLIMPSE; level <= params.proxy_last; level += 1.0) {
+    for (var level = LEG_GLIMPSE; level <= last; level += 1.0) {
         let next = min(t + finest * exp2(level), far);
         depth += proxy_depth(ray, t, next, level);
         t = next;
     }
-    return leg_grey(depth + proxy_depth(ray, t, max(far, t), params.proxy_last));
+    return leg_grey(depth + proxy_depth(ray, t, max(far, t), last));
 }
 
 // −log of the transmittance to t, in the last stretch of a march.

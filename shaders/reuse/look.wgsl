@@ -1,10 +1,8 @@
 // Looks for light from a vertex: a light sample and the direction that scattering chooses, one of which goes on. A glimpse of what
 // is in the way tells which is likely to bring more, so that only one leg is looked along.
-//!use core/params
 //!use core/rng
 //!use core/math
-//!slot phase
-//!use light/light
+//!use reuse/end
 //!use reuse/target
 
 const LOOK_DOUBT: f32 = 0.3;   // of the choice, by chance alone: a glimpse may be wrong
@@ -15,11 +13,6 @@ struct Look {
     parts: Target,
     strength: f32,  // what it would bring were nothing in the way
     inverse: f32,   // of the density that it was drawn with, given its vertex
-}
-
-// Whether scattering may find light.
-fn look_scatters() -> bool {
-    return LIGHT_HAS_MAP || LIGHT_HAS_DISC || math_max3(params.constant_radiance) > 0.0;
 }
 
 // One of the two.
@@ -48,16 +41,13 @@ fn look_choose(pixel: vec2u, found: Path, vertex: vec3f, before: vec3f, rng: ptr
     var sky = LookOffer();
     if (LIGHT_SAMPLED) {
         var path = found;
-        let density = target_look(&path, vertex, found.kind, rng);
+        let density = end_lit(&path, vertex, found.kind, rng);
         light = look_offer(pixel, path, density);
     }
-    if (look_scatters()) {
+    if (end_finds()) {
         var path = found;
-        let drop = phase_drop(rng);
-        let onward = math_around_drop(before, drop, 2.0 * MATH_PI * rng_next(rng));
-        path.kind = found.kind + RESERVOIR_ESCAPE;
-        path.omega = reservoir_unfold(reservoir_fold(onward));
-        sky = look_offer(pixel, path, phase_value(dot(before, path.omega)));
+        let density = end_scattered(&path, before, found.kind, rng);
+        sky = look_offer(pixel, path, density);
     }
     var chance = mix(light.worth / max(light.worth + sky.worth, 1e-30), 0.5, LOOK_DOUBT);
     chance = select(select(chance, 1.0, sky.inverse == 0.0), 0.0, light.inverse == 0.0);

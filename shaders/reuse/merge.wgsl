@@ -10,7 +10,7 @@ const MERGE_STREAM: u32 = 0x1b56c4e9u;
 
 @compute @workgroup_size(8, 8)
 fn merge_main(@builtin(global_invocation_id) id: vec3u) {
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     let position = id.xy;
     if (position.x >= params.width || position.y >= params.height) {
         return;

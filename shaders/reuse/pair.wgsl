@@ -40,7 +40,7 @@ fn pair_shift(path: Path, own: vec2u, other: vec2u, least: f32) -> PairShift {
 // The first pass: the aim of a pixel's path at its partners, a number a round.
 @compute @workgroup_size(8, 8)
 fn pair_main(@builtin(global_invocation_id) id: vec3u) {
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     light_begin(0u);
     let position = id.xy;
     if (position.x >= params.width || position.y >= params.height) {

@@ -49,8 +49,12 @@ fn pairwise_meet(all: ptr<function, Pairwise>, position: vec2u, round: u32, fram
     let part = others * other.aim;
     let m = share * part / max(part + own.confidence * here, 1e-37);
     let offers = partner.x >= 0 && here > 0.0 && other.aim > 0.0;
-    let path = pair_shift(other.path, q, position, frame.reconnect).path;
-    return PairwiseOffer(path, here, select(0.0, m * here * other.weight, offers), other.age);
+    var offer = PairwiseOffer();
+    if (offers) {
+        let path = pair_shift(other.path, q, position, frame.reconnect).path;
+        offer = PairwiseOffer(path, here, m * here * other.weight, other.age);
+    }
+    return offer;
 }
 
 // What the pixel's own path offers, after all partners.

@@ -9,41 +9,25 @@
 //!use core/rng
 //!use core/math
 //!use core/ray
-//!use track/comb
 //!use track/exact
 //!use reuse/pairwise
+//!use reuse/seen
 //!use film/film
 
 const SHADE_STREAM: u32 = 0x3c6ef372u;
-const SHADE_SPACING: f32 = 2.0;    // optical depth of the majorant between looks, times the setting's walks
-const SHADE_DEEP: f32 = 0.1;       // the same as a share of a leg's own, for legs that hardly let light through
-
-// Transmittance from `ray.t` to `far`: exact, or by so many looks for each SHADE_SPACING of the majorant's optical depth.
-fn shade_leg(ray: Ray, far: f32, walks: u32, rng: ptr<function, Rng>, count: ptr<function, Count>) -> vec3f {
-    if (PROXY_EXACT || walks == 0u) {
-        return vec3f(exact_transmittance(ray, far, count));
-    }
-    let leg = exact_near(ray, far);
-    let spacing = max(SHADE_SPACING / f32(walks), SHADE_DEEP * leg_march(leg, leg.exit).depth);
-    return vec3f(comb_transmittance(leg, leg.exit, spacing, rng, count));
-}
 
 // Light that a path brings to its pixel, but for its contribution weight.
 fn shade_path(position: vec2u, path: Path, walks: u32, rng: ptr<function, Rng>, count: ptr<function, Count>) -> vec3f {
     let parts = target_parts(position, path);
-    let before = ray_new(parts.view.origin, parts.view.world);
-    var light = parts.value * shade_leg(before, path.t, walks, rng, count);
-    for (var i = 0u; i < parts.legs; i++) {
-        let leg = target_take(parts, i);
-        let onward = ray_new(leg.origin, leg.world);
-        light *= shade_leg(onward, min(onward.exit, leg.reach), walks, rng, count);
+    if (PROXY_EXACT || walks == 0u) {
+        return parts.value * vec3f(seen_exactly(parts, path.t, count));
     }
-    return light;
+    return parts.value * vec3f(seen_by_looks(parts, path.t, walks, rng, count));
 }
 
 @compute @workgroup_size(8, 8)
 fn shade_main(@builtin(global_invocation_id) id: vec3u) {
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     light_begin(0u);
     let position = id.xy;
     if (position.x >= params.width || position.y >= params.height) {

@@ -94,7 +94,7 @@ fn suffix_follow(
 
 @compute @workgroup_size(8, 8)
 fn suffix_main(@builtin(global_invocation_id) id: vec3u) {
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     light_begin(0u);
     let position = id.xy;
     if (position.x >= params.width || position.y >= params.height) {

@@ -53,16 +53,6 @@ fn target_leg(origin: vec3f, vertex: vec3f) -> TargetLeg {
     return TargetLeg(origin, to / reach, reach);
 }
 
-// The end of a path at a vertex (local space), `deeper` after the first, by a light sample; and the density that drew it.
-fn target_look(path: ptr<function, Path>, vertex: vec3f, deeper: u32, rng: ptr<function, Rng>) -> f32 {
-    let sample = light_sample(vertex, rng);
-    (*path).kind = deeper + select(RESERVOIR_DELTA, RESERVOIR_BRIGHT, sample.pdf > 0.0);
-    (*path).id = sample.id;
-    (*path).omega = reservoir_unfold(reservoir_fold(sample.direction));
-    // Where rounding takes a direction over a disc's edge, it has the density of where it is.
-    return select(sample.share, light_pdf((*path).omega), sample.pdf > 0.0);
-}
-
 // The share of light that turns from `before` into a leg at its end, per volume.
 fn target_scatters(before: vec3f, leg: TargetLeg, vertex: vec3f) -> f32 {
     return phase_value(dot(before, leg.world)) * (target_density(vertex) * params.sigma) / (leg.reach * leg.reach);
@@ -134,40 +124,54 @@ fn target_strength(parts: Target) -> f32 {
     return math_mean3(abs(parts.value));
 }
 
-// −log of the transmittance of a leg from afar. It is part of a way through all of the medium, so that a flight along it
-// (leg_flight) finds the same.
-fn target_grey(leg: TargetLeg) -> f32 {
-    let ray = ray_new(leg.origin, leg.world);
-    let far = proxy_end(ray);
-    let t = min(far, leg.reach);
-    return leg_within(leg_until(ray, far, true, t), t);
+// A ray with a leg on it: part of a way through all of the medium, so that a flight along it (leg_flight) finds the same.
+struct TargetWay {
+    ray: Ray,
+    reach: f32,  // where the leg ends, if not where the ray does
 }
 
-// The transmittance of all legs after the camera's; those of a path of no `strength` are not looked along.
-fn target_onward(parts: Target, strength: f32) -> f32 {
+// Number i of all legs of a path whose first vertex is at t, the camera's first.
+fn target_way(parts: Target, t: f32, i: u32) -> TargetWay {
+    if (i == 0u) {
+        return TargetWay(ray_new(parts.view.origin, parts.view.world), t);
+    }
+    let leg = target_take(parts, i - 1u);
+    return TargetWay(ray_new(leg.origin, leg.world), leg.reach);
+}
+
+// The transmittance of all legs from number `first` on, from afar. One loop for all of them: those of neighbouring pixels are of
+// different lengths, together less so.
+fn target_seen(parts: Target, t: f32, first: u32) -> f32 {
     var grey = 0.0;
-    for (var i = 0u; i < select(0u, parts.legs, strength > 0.0); i++) {
-        grey += target_grey(target_take(parts, i));
+    var i = first;
+    var way = target_way(parts, t, i);
+    var march = leg_begin(way.ray, proxy_end(way.ray), i > 0u);
+    while (i <= parts.legs) {
+        let end = min(march.far, way.reach);
+        if (leg_goes_on(march) && march.t < end) {
+            leg_advance(way.ray, &march);
+        } else {
+            grey += leg_within(march, end);
+            i += 1u;
+            way = target_way(parts, t, i);
+            march = leg_begin(way.ray, proxy_end(way.ray), true);
+        }
     }
     return exp(-grey);
 }
 
-// The transmittance from the camera to distance t, from afar.
-fn target_camera(pixel: vec2u, film: u32, t: f32) -> f32 {
-    let view = view_ray(pixel, film);
-    let ray = ray_new(view.origin, view.world);
-    return exp(-leg_within(leg_until(ray, proxy_end(ray), false, t), t));
-}
-
-// The target of a path whose camera leg has that transmittance.
-fn target_given(pixel: vec2u, path: Path, camera: f32) -> f32 {
+// The target of a path of whose legs those before number `first` let `seen` through.
+fn target_beyond(pixel: vec2u, path: Path, seen: f32, first: u32) -> f32 {
     let parts = target_parts(pixel, path);
     let strength = target_strength(parts);
-    let aim = strength * camera * target_onward(parts, strength);
+    if (!(strength > 0.0)) {
+        return 0.0;
+    }
+    let aim = strength * seen * target_seen(parts, path.t, first);
     return select(0.0, aim, aim < MATH_FAR);
 }
 
 // The target of a path in a pixel.
 fn target_value(pixel: vec2u, path: Path) -> f32 {
-    return target_given(pixel, path, target_camera(pixel, path.film, path.t));
+    return target_beyond(pixel, path, 1.0, 0u);
 }

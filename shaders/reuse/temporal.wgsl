@@ -34,7 +34,7 @@ fn temporal_holds(frame: Frame, kind: u32) -> bool {
 
 @compute @workgroup_size(8, 8)
 fn temporal_main(@builtin(global_invocation_id) id: vec3u) {
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     light_begin(0u);
     let position = id.xy;
     if (position.x >= params.width || position.y >= params.height) {
@@ -53,7 +53,7 @@ fn temporal_main(@builtin(global_invocation_id) id: vec3u) {
     let flight = leg_flight(sight, select(0.0, proxy_end(sight), frame.still == 0u), false, u);
     let place = ray_at(sight, flight.t);
     let jump = vec2i(vec2f(rng_next(&rng), rng_next(&rng)) * 3.0) - 1;
-    params = frame_previous;
+    params = params_vary(frame_previous, id.z);
     let old_size = vec2f(f32(params.width), f32(params.height));
     let same = vec2i(vec2f(position) * old_size * vec2f(params_uniform.inv_width, params_uniform.inv_height));
     let film_place = view_place(place);
@@ -76,7 +76,7 @@ fn temporal_main(@builtin(global_invocation_id) id: vec3u) {
     let old_film = view_turn(old.path.film, turn);
     let own_there = view_ray(q, own_film);
     let old_there = view_ray(q, old.path.film);
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     let own_here = view_ray(position, own.path.film);
     let old_here = view_ray(position, old_film);
 
@@ -112,10 +112,10 @@ fn temporal_main(@builtin(global_invocation_id) id: vec3u) {
     var want = old_shifted;
     want.t = wanted;
     let want_aim = target_value(position, want);
-    params = frame_previous;
+    params = params_vary(frame_previous, id.z);
     light_begin(frame.old_lights);
     let ask_aim = target_value(q, ask);
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
 
     let own_aim_there = select(0.0, select(ask_aim / back.kappa, own.aim, known), own_valid);
     let old_aim_here = select(0.0, select(want_aim, old.aim, known), old_valid);

@@ -6,11 +6,12 @@
 //!use track/exact
 //!use reuse/frame
 //!use aim/marched
+//!use reuse/seen
 //!use film/film
 
 @compute @workgroup_size(8, 8)
 fn finish_main(@builtin(global_invocation_id) id: vec3u) {
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     light_begin(0u);
     let position = id.xy;
     if (position.x >= params.width || position.y >= params.height) {
@@ -19,25 +20,16 @@ fn finish_main(@builtin(global_invocation_id) id: vec3u) {
     let pixel = position.y * params.width + position.x;
     var count = Count();
     let kept = reservoir_load(pixel);
-    let parts = target_parts(position, kept.path);
+    var parts = target_parts(position, kept.path);
     let holds = kept.aim > 0.0 && kept.weight != 0.0;
     let through = kept.path.kind == MARCHED_THROUGH;
-
-    let before = ray_new(parts.view.origin, parts.view.world);
-    let end = select(0.0, min(before.exit, select(kept.path.t, MATH_FAR, through)), holds);
-    let arrived = vec3f(exact_transmittance(before, end, &count));
-    var reached = vec3f(1.0);
-    for (var i = 0u; i < select(0u, parts.legs, holds && !through); i++) {
-        let leg = target_take(parts, i);
-        let onward = ray_new(leg.origin, leg.world);
-        reached *= vec3f(exact_transmittance(onward, min(onward.exit, leg.reach), &count));
-    }
-    var value = parts.value;
     if (through) {
-        value = light_background(parts.view.world, -1.0);
+        parts.value = light_background(parts.view.world, -1.0);
+        parts.legs = 0u;
     }
-
-    var radiance = select(vec3f(0.0), value * kept.weight * arrived * reached, holds);
+    let end = select(0.0, select(kept.path.t, MATH_FAR, through), holds);
+    let arrived = vec3f(seen_exactly(parts, end, &count));
+    var radiance = select(vec3f(0.0), parts.value * kept.weight * arrived, holds);
     let bad = !(dot(radiance, radiance) < MATH_FAR);
     radiance = select(radiance, vec3f(0.0), bad);
     let seen = select(0.0, math_mean3(arrived) * kept.weight, holds && through);

@@ -29,7 +29,7 @@ fn gather_bare(path: Path) -> bool {
 
 @compute @workgroup_size(8, 8)
 fn gather_main(@builtin(global_invocation_id) id: vec3u) {
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     light_begin(0u);
     let position = id.xy;
     if (position.x >= params.width || position.y >= params.height) {
@@ -45,14 +45,14 @@ fn gather_main(@builtin(global_invocation_id) id: vec3u) {
     var counts: array<f32, GATHER_MOST>;
     places[0] = position;
     counts[0] = own.confidence;
-    let pixels = 1u + min(frame.neighbours, GATHER_MOST - 1u);
-    for (var k = 1u; k < pixels; k++) {
+    for (var k = 1u; k < GATHER_MOST; k++) {
         let offset = gather_offset(k - 1u, frame);
         let place = vec2i(position) + offset;
         let inside = all(place >= vec2i(0)) && all(place < vec2i(vec2u(params.width, params.height)));
+        let other_place = k <= frame.neighbours && inside && any(offset != vec2i(0));
         let q = select(position, vec2u(max(place, vec2i(0))), inside);
         let other = reservoir_load(q.y * params.width + q.x);
-        let takes = inside && any(offset != vec2i(0)) && !gather_bare(other.path) && !gather_bare(own.path);
+        let takes = other_place && !gather_bare(other.path) && !gather_bare(own.path);
         places[k] = q;
         counts[k] = select(0.0, other.confidence, takes);
     }
@@ -61,7 +61,7 @@ fn gather_main(@builtin(global_invocation_id) id: vec3u) {
     kept.aim = 0.0;
     var sum = 0.0;
     var total = 0.0;
-    for (var i = 0u; i < pixels; i++) {
+    for (var i = 0u; i < GATHER_MOST; i++) {
         if (counts[i] <= 0.0) {
             continue;
         }
@@ -70,7 +70,7 @@ fn gather_main(@builtin(global_invocation_id) id: vec3u) {
         path.t = select(path.t, own.path.t, path.kind == MARCHED_THROUGH);
         var all_parts = 0.0;
         var here = 0.0;
-        for (var j = 0u; j < pixels; j++) {
+        for (var j = 0u; j < GATHER_MOST; j++) {
             var aim = theirs.aim;
             if (j != i && counts[j] > 0.0 && theirs.aim > 0.0) {
                 aim = marched_value(places[j], path);

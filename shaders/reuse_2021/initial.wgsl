@@ -4,12 +4,14 @@
 //!use core/rng
 //!use core/math
 //!use core/ray
+//!use reuse/end
 //!use reuse/frame
 //!use reuse/onset
 //!use aim/marched
 
 const INITIAL_STREAM: u32 = 0x68bc21ebu;  // tells its random numbers from other passes'
 const INITIAL_STEPS: u32 = 2048u;         // of the traversal, a guard
+const INITIAL_CELLS: vec2f = vec2f(1.0, 2.0);  // their level, and their side in the finest cells
 const INITIAL_GONE: f32 = 1e-7;           // share of the light that is left when the traversal ends
 
 // How far the traversal of a ray has come: its last step, and the transmittance where that began and where it ended.
@@ -33,11 +35,11 @@ fn initial_reaches(state: ptr<function, Initial>, ray: Ray, end: f32, wanted: f3
             break;
         }
         // Cell by cell of the density from afar, which is above 0 wherever the density is.
-        let next = min((*state).t + proxy_finest(ray, end), end);
+        let next = min((*state).t + INITIAL_CELLS.y * proxy_finest(ray, end), end);
         (*state).near = (*state).t;
         (*state).seen = (*state).after;
         (*state).t = next;
-        (*state).depth += proxy_depth(ray, (*state).near, next, 0.0);
+        (*state).depth += proxy_depth(ray, (*state).near, next, min(INITIAL_CELLS.x, params.proxy_last));
         (*state).after = min(marched_mean((*state).depth), (*state).seen);
         (*state).steps += 1u;
         if (rng_next(rng) * (1.0 - (*state).after) < (*state).seen - (*state).after) {
@@ -49,7 +51,7 @@ fn initial_reaches(state: ptr<function, Initial>, ray: Ray, end: f32, wanted: f3
 
 @compute @workgroup_size(8, 8)
 fn initial_main(@builtin(global_invocation_id) id: vec3u) {
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     light_begin(0u);
     let position = id.xy;
     if (position.x >= params.width || position.y >= params.height) {
@@ -61,12 +63,13 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
     let view = view_ray(position, VIEW_CENTRE);
 
     // Some walks look for light with light samples, some by scattering; which ones does not depend on how far they got.
-    let sky = LIGHT_HAS_MAP || LIGHT_HAS_DISC || math_max3(params.constant_radiance) > 0.0;
+    let sky = end_finds();
     let by_light = select(0u, select(frame.candidates, (frame.candidates + 1u) / 2u, sky), LIGHT_SAMPLED);
     let by_phase = select(0u, max(frame.candidates - by_light, 1u), sky);
     let scatters = by_light + by_phase > 0u && params.max_bounces > 0u;
-    let walks = max(by_light + by_phase, 1u);
     let ray = ray_new(view.origin, view.world);
+    // Where there is nothing to meet, one gets through as well as many.
+    let walks = select(1u, max(by_light + by_phase, 1u), ray.exit > ray.t);
     let end = proxy_end(ray);
     var state = Initial(ray.t, ray.t, 1.0, 1.0, 0.0, 0u, 0.0);
     var wanted = 1.0;
@@ -94,12 +97,11 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
         if (REUSE_SECOND) {
             onset_offer(&onset, view, path.t, select(0.0, wanted, scattered), drawn * f32(walks), rng_three(&rng));
         }
-        let drop = phase_drop(&rng);
-        let onward = math_around_drop(view.world, drop, 2.0 * MATH_PI * rng_next(&rng));
-        path.omega = reservoir_unfold(reservoir_fold(onward));
-        var density = drawn * count * phase_value(dot(view.world, path.omega));
+        var density = drawn * count;
         if (LIGHT_SAMPLED && lit) {
-            density = drawn * count * target_look(&path, vertex, 0u, &rng);
+            density *= end_lit(&path, vertex, 0u, &rng);
+        } else {
+            density *= end_scattered(&path, view.world, 0u, &rng);
         }
         let parts = target_parts(position, path);
         let strength = select(0.0, marched_strength(parts), scattered && scatters);

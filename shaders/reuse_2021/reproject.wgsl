@@ -32,7 +32,7 @@ fn reproject_shift(path: Path, vertex: vec3f, camera: vec3f, elsewhere: f32) -> 
 
 @compute @workgroup_size(8, 8)
 fn reproject_main(@builtin(global_invocation_id) id: vec3u) {
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     light_begin(0u);
     let position = id.xy;
     if (position.x >= params.width || position.y >= params.height) {
@@ -45,7 +45,7 @@ fn reproject_main(@builtin(global_invocation_id) id: vec3u) {
     let here = view_ray(position, VIEW_CENTRE);
     let vertex = here.origin + ray_local(here.world) * own.path.t;
 
-    params = frame_previous;
+    params = params_vary(frame_previous, id.z);
     // Off the screen, and where a ray meets nothing: the same pixel.
     let place = view_place(vertex);
     let found = own.path.t > 0.0 && place.x >= 0.0;
@@ -54,7 +54,7 @@ fn reproject_main(@builtin(global_invocation_id) id: vec3u) {
     let there = view_ray(q, VIEW_CENTRE);
     let old_vertex = there.origin + ray_local(there.world) * old.path.t;
     let own_there = marched_value(q, reproject_shift(own.path, vertex, there.origin, own.path.t));
-    params = params_uniform;
+    params = params_vary(params_uniform, id.z);
     let old_path = reproject_shift(old.path, old_vertex, here.origin, own.path.t);
     let old_here = marched_value(position, old_path);
 

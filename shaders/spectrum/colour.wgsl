@@ -18,6 +18,8 @@ struct SpectrumHero {
 
 // Stands for log 0: a channel that does not interact keeps no weight after a collision.
 const SPECTRUM_LOG_ZERO: f32 = -1e4;
+// The optical depth below which its first power is more precise than a logarithm of a mean near 1.
+const SPECTRUM_THIN: f32 = 1e-3;
 
 fn spectrum_log(x: vec3f) -> vec3f {
     return select(log(x), vec3f(SPECTRUM_LOG_ZERO), x <= vec3f(0.0));
@@ -53,6 +55,12 @@ fn spectrum_max(x: Spectrum) -> f32 {
 
 fn spectrum_mean(x: Spectrum) -> f32 {
     return math_mean3(x);
+}
+
+// −log of the transmittance, channels averaged, of an optical depth of the strongest.
+fn spectrum_depth(depth: f32) -> f32 {
+    let mean = -log(math_mean3(exp(-params.extinction * depth)));
+    return select(mean, math_mean3(params.extinction) * depth, depth < SPECTRUM_THIN);
 }
 
 // A quantity of each channel and a hero as three numbers, and back.

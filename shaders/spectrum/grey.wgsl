@@ -36,6 +36,11 @@ fn spectrum_mean(x: Spectrum) -> f32 {
     return x;
 }
 
+// −log of the transmittance, channels averaged, of an optical depth of the strongest.
+fn spectrum_depth(depth: f32) -> f32 {
+    return depth;
+}
+
 // A quantity of each channel and a hero as three numbers, and back.
 fn spectrum_pack(x: Spectrum) -> vec3f {
     return vec3f(x, 0.0, 0.0);

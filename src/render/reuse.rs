@@ -229,10 +229,21 @@ pub struct Reuse {
     keeps: u32,
     edited: bool,
     queries: Option<(wgpu::QuerySet, wgpu::Buffer)>,
+    groups: Vec<Group>,
     /// Whether passes are timed, which waits for each frame.
     pub timed: bool,
     /// Seconds that each pass took while they were timed.
     pub seconds: BTreeMap<&'static str, f64>,
+}
+
+/// What a pass binds in group 3, kept from frame to frame.
+struct Group {
+    pass: Pass,
+    /// Which of the buffers are its own.
+    own: usize,
+    layout: wgpu::BindGroupLayout,
+    film: wgpu::Buffer,
+    group: wgpu::BindGroup,
 }
 
 /// What a frame is drawn of, and where to.
@@ -322,6 +333,7 @@ impl Reuse {
             keeps: 0,
             edited: false,
             queries,
+            groups: Vec::new(),
             timed: false,
             seconds: BTreeMap::new(),
         };
@@ -407,7 +419,7 @@ impl Reuse {
         self.edited = false;
         let frame = Frame {
             frame: self.number,
-            candidates: settings.candidates,
+            candidates: scene.candidates(),
             cap,
             neighbours,
             reach: settings.reach,
@@ -431,7 +443,7 @@ impl Reuse {
     }
 
     fn group(
-        &self,
+        &mut self,
         gpu: &Gpu,
         film: &Film,
         pass: Pass,
@@ -439,6 +451,10 @@ impl Reuse {
         merged: bool,
     ) -> wgpu::BindGroup {
         let own = if pass == Pass::Finish { self.last_written(merged) } else { self.turn };
+        self.groups.retain(|g| g.film == film.sum);
+        if let Some(known) = self.groups.iter().find(|g| g.pass == pass && g.own == own && g.layout == *layout) {
+            return known.group.clone();
+        }
         let entries: Vec<wgpu::BindGroupEntry> = pass
             .bound()
             .iter()
@@ -459,7 +475,12 @@ impl Reuse {
                 wgpu::BindGroupEntry { binding: bound as u32, resource }
             })
             .collect();
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(pass.name()), layout, entries: &entries })
+        let descriptor = wgpu::BindGroupDescriptor { label: Some(pass.name()), layout, entries: &entries };
+        let group = gpu.device.create_bind_group(&descriptor);
+        let (layout, film) = (layout.clone(), film.sum.clone());
+        self.groups.retain(|g| (g.pass, g.own) != (pass, own));
+        self.groups.push(Group { pass, own, layout, film, group: group.clone() });
+        group
     }
 
     /// Draws one frame, a sample of every pixel, of `merged` reservoirs of new candidates. `groups` are those of the path

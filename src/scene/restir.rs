@@ -2,7 +2,7 @@
 
 use super::Scene;
 use super::row::{Effect, section};
-use super::value::choice;
+use super::value::{Auto, Limit, choice};
 
 choice! {
     /// How the picture is made.
@@ -60,6 +60,25 @@ impl Scene {
             ..own
         }
     }
+
+    /// New paths of one scattering that a pixel chooses from in each frame.
+    pub fn candidates(&self) -> u32 {
+        /// Where all paths are such paths, and the rest of a frame costs little.
+        const ALONE: u32 = 8;
+        /// Where there are others.
+        const AMONG: u32 = 4;
+        let alone = matches!(self.integrator.max_bounces, Limit::AtMost(0 | 1)) && self.integrator.mode == Mode::Restir;
+        match self.restir.candidates {
+            Auto::Is(count) => count,
+            Auto::Auto => {
+                if alone {
+                    ALONE
+                } else {
+                    AMONG
+                }
+            }
+        }
+    }
 }
 
 choice! {
@@ -73,8 +92,8 @@ choice! {
 section! {
     /// Resampling of light paths over frames and neighbours (modes "restir" and "restir-2021").
     Restir {
-        /// New paths of one scattering that a pixel chooses from in each frame.
-        candidates: u32 = 4, label("Candidates"), symbol("M"), range(1.0, 32.0), effect(Effect::Reuse);
+        /// New paths of one scattering that a pixel chooses from in each frame. Auto: 8 where paths scatter no more than once, else 4.
+        candidates: Auto<u32> = Auto::Auto, label("Candidates"), symbol("M"), range(1.0, 32.0), effect(Effect::Reuse);
         /// Second vertices that a pixel tries in each frame, where paths may scatter more than once.
         suffixes: u32 = 2, label("Suffixes"), range(1.0, 3.0), effect(Effect::Reuse);
         /// Each pixel's path of the frame before is a candidate too.
@@ -89,8 +108,8 @@ section! {
         cap: u32 = 8, label("Cap"), unit("frames"), range(0.0, 64.0), effect(Effect::Reuse);
         /// Which reservoirs the next frame starts from.
         history: History = History::Spatial, label("History"), effect(Effect::Reuse);
-        /// Voxels along the side of the finest cell of the density from afar, by which paths are weighed.
-        proxy_cell: u32 = 2, label("Proxy cell"), unit("voxels"), range(2.0, 8.0), effect(Effect::Method);
+        /// Voxels along the side of the finest cell of the density from afar, by which paths are weighed. Larger ones take less memory, and pictures are noisier.
+        proxy_cell: u32 = 1, label("Proxy cell"), unit("voxels"), range(1.0, 8.0), effect(Effect::Method);
         /// The last step estimates true transmittances along the paths that a pixel shows by so many looks at the density for an optical depth of 2 of the majorant. 0: exactly, from voxel to voxel.
         final_samples: u32 = 0, label("Final looks"), range(0.0, 16.0), effect(Effect::Reuse);
         /// Where light is frozen at the third vertex, it stays if the leg to it is longer than this times the way that the others move, before and after.
@@ -125,8 +144,8 @@ mod tests {
         (scene.restir.cap, scene.restir.neighbours, scene.restir.still_cap) = (20, 7, 0);
         (scene.restir.history, scene.restir.permute) = (History::Temporal, true);
         assert_eq!(scene.resampling(), usual);
-        scene.restir.candidates = 9;
-        assert_eq!(scene.resampling().candidates, 9);
+        scene.restir.candidates = Auto::Is(9);
+        assert_eq!(scene.candidates(), 9);
         scene.integrator.mode = Mode::Restir;
         assert_eq!(scene.resampling(), scene.restir);
     }

@@ -77,3 +77,62 @@ fn repeats_are_independent_runs_with_their_mean_and_variance() {
     assert_eq!(stats["paths"].as_f64(), Some(3.0 * 96.0 * 4.0));
     assert!(stats["relative_error"].as_f64().is_some_and(|e| e > 0.0 && e < 1.0), "{stats:#}");
 }
+
+/// Lights and bounces of all kinds, so that kernels branch by as much as they can.
+#[cfg(target_os = "linux")]
+const MANY_LIGHTS: &str = "
+[[lights]]
+kind = \"sun\"
+angular_diameter = 3
+[[lights]]
+kind = \"sun\"
+direction = [-1, 0.5, 0]
+[[lights]]
+kind = \"point\"
+[[lights]]
+kind = \"constant\"
+[[animation]]
+key = \"lights.0.direction\"
+frames = [0, 3]
+values = [[0, 1, 0], [0.3, 1, 0]]
+";
+
+/// Bytes that a command held at most.
+#[cfg(target_os = "linux")]
+fn peak(folder: &Folder, arguments: &[&str]) -> u64 {
+    let mut child = folder.command(arguments).stderr(Stdio::null()).spawn().expect("the program starts");
+    let status = format!("/proc/{}/status", child.id());
+    let mut most = 0;
+    while child.try_wait().expect("the program ends").is_none() {
+        let text = std::fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let words = line.and_then(|line| line.split_whitespace().next());
+        most = words.and_then(|kib| kib.parse::<u64>().ok()).map_or(most, |kib| most.max(1024 * kib));
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    most
+}
+
+/// Mesa's software driver keeps a kernel for each dispatch of those that branch by uniforms alone (shaders/core/params.wgsl).
+#[cfg(target_os = "linux")]
+#[test]
+fn frames_leave_nothing_in_memory() {
+    if !can_draw() {
+        return;
+    }
+    /// Of 400 dispatches or more; one that is kept takes half as much as 1 % of this.
+    const MOST: u64 = 64 << 20;
+    let folder = Folder::new();
+    folder.write("m.toml", format!("{SCENE}{MANY_LIGHTS}"));
+    for mode in ["path", "restir", "restir-2021"] {
+        for bounces in ["1", "3", "9"] {
+            let (mode, bounces) = (format!("integrator.mode=\"{mode}\""), format!("integrator.max_bounces={bounces}"));
+            let sets = [&mode[..], &bounces, "volume.analytic=\"\"", "volume.resolution=32"];
+            let common = ["render", "m.toml", "-o", "m.exr", "--frames", "3..3", "--spp", "1"];
+            let sets: Vec<&str> = sets.into_iter().flat_map(|set| ["--set", set]).collect();
+            let held = |repeats: &str| peak(&folder, &[&common[..], &sets, &["--repeat", repeats]].concat());
+            let (few, many) = (held("1"), held("101"));
+            assert!(many < few + MOST, "{mode}, {bounces}: {few} bytes, {many} after 100 more runs of 4 frames");
+        }
+    }
+}

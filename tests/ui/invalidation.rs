@@ -175,7 +175,11 @@ const ROWS: &[(&str, &[Change], Layers)] = &[
         ],
         NEW_BOUNDS,
     ),
-    ("resampling", &[|s| s.restir.candidates = 8, |s| s.restir.cap = 20, |s| s.restir.spatial = false], RESTART),
+    (
+        "resampling",
+        &[|s| s.restir.candidates = Auto::Is(6), |s| s.restir.cap = 20, |s| s.restir.spatial = false],
+        RESTART,
+    ),
     ("seed", &[|s| s.integrator.seed = 7], ANEW),
     (
         "new file, other grid, other storage",

@@ -10,7 +10,7 @@ use nephele::app::facts::Facts;
 use nephele::app::panels::{self, Open, State, Wish};
 use nephele::app::rows::{Rows, fitted};
 use nephele::app::theme;
-use nephele::scene::value::{Kind, Value};
+use nephele::scene::value::{Auto, Kind, Value};
 use nephele::scene::{Analytic, Control, FreeFlight, MajorantKind, Mode, Restir, Scene, Tracking, Transmittance};
 
 /// Room for all rows.
@@ -47,6 +47,7 @@ fn tracked(change: impl FnOnce(&mut Tracking)) -> Scene {
 fn reused() -> Scene {
     let mut scene = Scene::default();
     scene.integrator.mode = Mode::Restir;
+    scene.restir.candidates = Auto::Is(6);
     scene
 }
 

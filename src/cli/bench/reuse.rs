@@ -462,7 +462,7 @@ fn row_of(way: &Way, measured: &Measured, (passes, bytes): &Cost, reference: &Re
     Row {
         side: way.side.name.clone(),
         samples: way.samples,
-        candidates: (way.side.mode != Mode::Path).then_some(way.scene.restir.candidates),
+        candidates: (way.side.mode != Mode::Path).then_some(way.scene.candidates()),
         bias: scores.bias(reference.quality),
         scores,
         lag: figures::lag(&measured.runs, reference),

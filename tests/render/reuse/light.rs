@@ -144,7 +144,7 @@ fn settings_change_the_noise_alone() {
     look_at("1 final walk, no neighbour", &|s| (s.final_samples, s.neighbours) = (1, 0));
     look_at("3 neighbours", &|s| s.neighbours = 3);
     look_at("8 near neighbours", &|s| (s.neighbours, s.reach) = (8, 1));
-    look_at("no history, 1 candidate", &|s| (s.temporal, s.candidates) = (false, 1));
+    look_at("no history, 1 candidate", &|s| (s.temporal, s.candidates) = (false, nephele::scene::value::Auto::Is(1)));
     look_at("temporal history, permuted", &|s| {
         (s.history, s.permute) = (nephele::scene::History::Temporal, true);
     });

@@ -70,8 +70,8 @@ fn errors_of_histories_are_seen() {
         (
             "shading with the proxy",
             "reuse/shade",
-            "    return light;\n",
-            "    return parts.value * exp(-leg_march(before, path.t).grey - target_grey(parts.first));\n",
+            "vec3f(seen_exactly(parts, path.t, count))",
+            "target_seen(parts, path.t, 0u)",
         ),
         (
             "shading the own path alone",
@@ -254,7 +254,7 @@ fn errors_after_edits_are_seen() {
         (
             "this frame's medium and lights for the frame before",
             "reuse/temporal",
-            "    params = frame_previous;\n    light_begin(frame.old_lights);\n",
+            "    params = params_vary(frame_previous, id.z);\n    light_begin(frame.old_lights);\n",
             "",
         ),
         (

@@ -52,7 +52,7 @@ fn errors_of_it_are_seen() {
             "neighbours without weights",
             "reuse_2021/gather",
             "let m = counts[i] * theirs.aim / max(all_parts, 1e-37);",
-            "let m = 1.0 / f32(pixels);",
+            "let m = 1.0 / f32(GATHER_MOST);",
         ),
         (
             "a path's own pixel left out of its weight",
@@ -86,22 +86,29 @@ fn errors_of_it_are_seen() {
 #[test]
 fn its_background_and_opacity_are_kept() {
     let Some(a) = adapter() else { return };
-    // Without light behind the medium too, where the opacity is noisy and needs independent frames.
-    for (sky, reuses, samples, tolerance) in [(0.3, true, 400, 0.01), (0.0, false, 2000, 0.04)] {
+    // Without light behind the medium too, where the opacity is noisy and needs independent frames. Those that reuse paths have so
+    // much in common that a run of 400 is off by 1 %.
+    for (sky, reuses, seeds, samples, tolerance) in [(0.3, true, 16, 400, 0.01), (0.0, false, 1, 2000, 0.04)] {
         let mut scene = published(1);
         (scene.restir.temporal, scene.restir.spatial) = (reuses, reuses);
         scene.lights[1] = constant(sky);
         let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
-        let own = accumulated(&mut r, &scene, samples);
+        let opacity = |s: &Sums| s.sum.iter().map(|x| x[3]).sum::<f64>() / s.square.iter().map(|x| x[3]).sum::<f64>();
+        let mut own_opacity = 0.0;
+        let mut corner = [0.0; 3];
+        for seed in 0..seeds {
+            scene.integrator.seed = seed;
+            let own = accumulated(&mut r, &scene, samples);
+            own_opacity += opacity(&own) / f64::from(seeds);
+            corner = own.mean(0);
+        }
         scene.integrator.mode = Mode::Path;
         let centres = centres();
         let mut path = renderer(&a, &centres.source, &scene, Some(cloud_field()), false);
         let truth = accumulated(&mut path, &scene, 2000);
-        let opacity = |s: &Sums| s.sum.iter().map(|x| x[3]).sum::<f64>() / s.square.iter().map(|x| x[3]).sum::<f64>();
-        let (own_opacity, wanted) = (opacity(&own), opacity(&truth));
+        let wanted = opacity(&truth);
         assert!((own_opacity / wanted - 1.0).abs() < tolerance, "opacity {own_opacity}, {wanted} expected, sky {sky}");
         // A ray that meets nothing sees the sky without noise.
-        let corner = own.mean(0);
         assert!(corner.iter().all(|x| (x - sky).abs() < 1e-6), "{corner:?}");
     }
 }
@@ -127,7 +134,7 @@ fn it_forgets_all_paths_at_an_edit() {
         ("g", &|s| s.medium.g = 0.6),
         ("density", &|s| s.medium.density_scale = nephele::scene::value::Auto::Is(3.0)),
         ("sun", &|s| s.lights[0] = sun(DVec3::Y, 1.0)),
-        ("candidates", &|s| s.restir.candidates = 3),
+        ("candidates", &|s| s.restir.candidates = nephele::scene::value::Auto::Is(3)),
     ];
     for (what, edit) in edits {
         assert!(last(edit, false) == last(edit, true), "{what}: paths of before are left");

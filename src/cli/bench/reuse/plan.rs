@@ -147,7 +147,7 @@ pub fn drawn(scene: &Scene, side: &Side, bounces: u32, shadow: Transmittance, am
         scene.tracking.transmittance = shadow;
     } else if !side.shares {
         (scene.restir.temporal, scene.restir.spatial) = (false, false);
-        scene.restir.candidates = amount;
+        scene.restir.candidates = Auto::Is(amount);
     }
     scene
 }
@@ -231,7 +231,7 @@ mod tests {
         let all = sides();
         let of = |i: usize| drawn(&Scene::default(), &all[i], 3, Transmittance::Delta, 7);
         assert_eq!(of(0).tracking.transmittance, Transmittance::Delta);
-        assert_eq!((of(2).restir.candidates, of(2).restir.temporal, of(2).restir.spatial), (7, false, false));
+        assert_eq!((of(2).candidates(), of(2).restir.temporal, of(2).restir.spatial), (7, false, false));
         assert_eq!(of(3).restir, Scene::default().restir);
         assert!(all.iter().enumerate().all(|(i, s)| of(i).integrator.mode == s.mode));
     }
