@@ -252,7 +252,13 @@ impl Medium {
         let changes = key != self.proxy_key;
         if changes {
             self.proxy_key = key;
-            let proxy = key.and_then(|side| self.padded.as_ref().map(|p| Proxy::new(p, side)));
+            // Larger cells where the adapter does not lend so much.
+            let fits = |p: &Padded, side: u32| Proxy::bytes(p.size, side) <= gpu.limits.max_buffer_size;
+            let build = |p: &Padded, least: u32| {
+                let side = (least..=p.size.max_element().max(least)).find(|side| fits(p, *side)).unwrap_or(least);
+                Proxy::new(p, side)
+            };
+            let proxy = key.and_then(|side| self.padded.as_ref().map(|p| build(p, side)));
             self.proxy = Afar::new(gpu, proxy.as_ref());
         }
         changes

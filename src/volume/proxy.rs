@@ -38,9 +38,7 @@ impl Proxy {
     /// Cells of `side` texels of `field`: the mean, or `FRINGE` of the mean with one more layer of texels around, whichever is
     /// greater, so that a cell is above 0 wherever the interpolated density is.
     pub fn new(field: &Padded, side: u32) -> Proxy {
-        let cells = field.size.map(|n| n.div_ceil(side));
-        let levels = (1..=LEVELS).rev().find(|l| cells.max_element() >> (l - 1) >= FEWEST).unwrap_or(1);
-        let size = cells.map(|n| n.next_multiple_of(1 << (levels - 1)));
+        let (size, levels) = shape(field.size, side);
         let plane = (size.x * size.y) as usize;
         let mut data = vec![0.0f32; plane * size.z as usize];
         data.par_chunks_mut(plane).enumerate().for_each(|(z, out)| {
@@ -58,10 +56,19 @@ impl Proxy {
         Proxy { side, levels: all }
     }
 
-    /// Bytes on the adapter, where a value takes two.
-    pub fn bytes(&self) -> u64 {
-        self.levels.iter().map(|l| 2 * l.data.len() as u64).sum()
+    /// Bytes that cells of `side` texels of a field of `size` take on the adapter, where a value takes two.
+    pub fn bytes(size: UVec3, side: u32) -> u64 {
+        let (finest, levels) = shape(size, side);
+        let cells = |l: u32| (finest >> l).max(UVec3::ONE).as_u64vec3().element_product();
+        (0..levels).map(|l| 2 * cells(l)).sum()
     }
+}
+
+/// Cells of the finest level of a field of `size` texels, and the number of levels.
+fn shape(size: UVec3, side: u32) -> (UVec3, u32) {
+    let cells = size.map(|n| n.div_ceil(side));
+    let levels = (1..=LEVELS).rev().find(|l| cells.max_element() >> (l - 1) >= FEWEST).unwrap_or(1);
+    (cells.map(|n| n.next_multiple_of(1 << (levels - 1))), levels)
 }
 
 fn least(x: f32) -> f32 {
@@ -152,6 +159,8 @@ mod tests {
             assert!((mean(level) / first - 1.0).abs() < 1e-4, "{} {first}", mean(level));
             assert_eq!(level.data.len() as u32, level.size.x * level.size.y * level.size.z);
         }
+        let values: usize = proxy.levels.iter().map(|l| l.data.len()).sum();
+        assert_eq!(Proxy::bytes(field.size, 1), 2 * values as u64);
     }
 
     #[test]

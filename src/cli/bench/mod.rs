@@ -43,7 +43,7 @@ pub struct BenchArgs {
     /// Write the figures as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Fewer volumes and rounds: a minute or two (`reuse`: twenty)
+    /// Fewer volumes and rounds: a minute or two (`reuse`: ten)
     #[arg(long)]
     pub quick: bool,
     /// `tracking`, `reuse`: measure on this volume, a name or a file, in place of the usual ones; may be given again

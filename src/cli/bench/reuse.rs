@@ -30,7 +30,7 @@ const SIZE: u32 = 192;
 const QUICK_SIZE: u32 = 96;
 /// Seeds, and those of `--quick`.
 const SEEDS: u32 = 20;
-const QUICK_SEEDS: u32 = 8;
+const QUICK_SEEDS: u32 = 16;
 /// Frames of a history; the last is judged, the second half is timed.
 const FRAMES: u32 = 12;
 /// The same of a side whose frames share nothing; the first is not timed.
@@ -44,8 +44,8 @@ const PILOT_ROUNDS: u32 = 6;
 const PILOT_RUNS: u32 = 3;
 /// Samples of a piece of the reference; of all of it at most, and those of `--quick`.
 const PIECE: u32 = 64;
-const MOST_SAMPLES: u32 = 4096;
-const QUICK_MOST_SAMPLES: u32 = 2048;
+const MOST_SAMPLES: u32 = 16384;
+const QUICK_MOST_SAMPLES: u32 = 8192;
 /// The reference's noise is at most this share of the least error that is measured against it.
 const SHARE: f64 = 0.1;
 /// The most candidates that a pixel takes, and the most samples of a frame that are tried.
@@ -111,7 +111,7 @@ struct Measured {
 /// Seconds of each pass of a frame, and bytes of a pixel.
 type Cost = (BTreeMap<&'static str, f64>, f64);
 
-/// Measures everything; twenty minutes with `quick` on two cores and a software adapter, longer without. `volumes` are names or
+/// Measures everything; ten minutes with `quick` on two cores and a software adapter, longer without. `volumes` are names or
 /// files in place of the usual ones, `size` pixels along the width in place of the usual number.
 ///
 /// # Errors

@@ -11,8 +11,8 @@ const FRAMES: [u32; 3] = [1, 8, 24];
 const WHOLE_GATE: f64 = 0.003;
 const TILE_GATE: f64 = 0.015;
 /// Histories are drawn until the whole picture is known so well, or so many.
-const KNOWN: f64 = 0.0008;
-const HISTORIES: u32 = 6000;
+const KNOWN: f64 = 0.001;
+const HISTORIES: u32 = 4000;
 /// A tile is off where noise of so many standard errors does not explain it.
 const NOISE: f64 = 3.0;
 /// Samples of a reference's pixels.
