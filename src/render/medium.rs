@@ -253,12 +253,9 @@ impl Medium {
         if changes {
             self.proxy_key = key;
             // Larger cells where the adapter does not lend so much.
-            let fits = |p: &Padded, side: u32| Proxy::bytes(p.size, side) <= gpu.limits.max_buffer_size;
-            let build = |p: &Padded, least: u32| {
-                let side = (least..=p.size.max_element().max(least)).find(|side| fits(p, *side)).unwrap_or(least);
-                Proxy::new(p, side)
-            };
-            let proxy = key.and_then(|side| self.padded.as_ref().map(|p| build(p, side)));
+            let most = gpu.limits.max_buffer_size;
+            let build = |least, p: &Padded| Proxy::new(p, Proxy::side_within(p.size, least, most));
+            let proxy = key.zip(self.padded.as_ref()).map(|(least, p)| build(least, p));
             self.proxy = Afar::new(gpu, proxy.as_ref());
         }
         changes

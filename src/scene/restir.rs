@@ -70,13 +70,8 @@ impl Scene {
         let alone = matches!(self.integrator.max_bounces, Limit::AtMost(0 | 1)) && self.integrator.mode == Mode::Restir;
         match self.restir.candidates {
             Auto::Is(count) => count,
-            Auto::Auto => {
-                if alone {
-                    ALONE
-                } else {
-                    AMONG
-                }
-            }
+            Auto::Auto if alone => ALONE,
+            Auto::Auto => AMONG,
         }
     }
 }
@@ -144,6 +139,11 @@ mod tests {
         (scene.restir.cap, scene.restir.neighbours, scene.restir.still_cap) = (20, 7, 0);
         (scene.restir.history, scene.restir.permute) = (History::Temporal, true);
         assert_eq!(scene.resampling(), usual);
+        for (mode, bounces, count) in [(Mode::Restir, 1, 8), (Mode::Restir, 2, 4), (Mode::Restir2021, 1, 4)] {
+            let mut auto = Scene::default();
+            (auto.integrator.mode, auto.integrator.max_bounces) = (mode, Limit::AtMost(bounces));
+            assert_eq!(auto.candidates(), count, "{bounces}");
+        }
         scene.restir.candidates = Auto::Is(9);
         assert_eq!(scene.candidates(), 9);
         scene.integrator.mode = Mode::Restir;

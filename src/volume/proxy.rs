@@ -62,6 +62,11 @@ impl Proxy {
         let cells = |l: u32| (finest >> l).max(UVec3::ONE).as_u64vec3().element_product();
         (0..levels).map(|l| 2 * cells(l)).sum()
     }
+
+    /// The side of cells, at least `least`, with which a field of `size` takes no more than `most` bytes.
+    pub fn side_within(size: UVec3, least: u32, most: u64) -> u32 {
+        (least..=size.max_element().max(least)).find(|&side| Proxy::bytes(size, side) <= most).unwrap_or(least)
+    }
 }
 
 /// Cells of the finest level of a field of `size` texels, and the number of levels.
@@ -161,6 +166,8 @@ mod tests {
         }
         let values: usize = proxy.levels.iter().map(|l| l.data.len()).sum();
         assert_eq!(Proxy::bytes(field.size, 1), 2 * values as u64);
+        assert_eq!(Proxy::side_within(field.size, 1, 2 * values as u64), 1);
+        assert_eq!(Proxy::side_within(field.size, 1, 2 * values as u64 - 1), 2);
     }
 
     #[test]
