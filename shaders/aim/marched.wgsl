@@ -93,6 +93,15 @@ fn marched_value(pixel: vec2u, path: Path) -> f32 {
     return select(0.0, aim, aim < MATH_FAR);
 }
 
+// A path whose first vertex moves from `before` to `after` (local space) and no other.
+fn marched_stay(path: Path, before: vec3f, after: vec3f) -> Path {
+    var moved = path;
+    if (REUSE_SECOND) {
+        moved.second -= view_world(after - before);
+    }
+    return moved;
+}
+
 // What the known factors of a path that scatters make of it.
 fn aim_strength(parts: Target) -> f32 {
     return marched_strength(parts);

@@ -11,8 +11,9 @@ fn probe_reuse_path(rng: ptr<function, Rng>) -> Path {
     // All of them, and none of what is not.
     let kind = array<u32, 10>(1u, 2u, 3u, 5u, 6u, 7u, 8u, 9u, 10u, 11u)[rng_bits(rng) % 10u];
     let omega = math_around_drop(vec3f(0.0, 1.0, 0.0), 2.0 * rng_next(rng), 2.0 * MATH_PI * rng_next(rng));
-    let second = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
-    let third = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
+    let middle = 0.5 * (params.box_min + params.box_max);
+    let second = view_world(mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng))) - middle);
+    let third = view_world(mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng))) - middle);
     let value = reservoir_round(vec3f(rng_next(rng), -rng_next(rng), 1e6 * rng_next(rng)));
     return Path(kind, 0u, rng_bits(rng), 10.0 * rng_next(rng), omega, second, third, value);
 }

@@ -6,7 +6,8 @@
 //!use core/rng
 //!use core/math
 //!use core/ray
-//!use light/toward
+//!slot phase
+//!use light/light
 //!use track/step
 //!use reuse/reservoir
 //!use film/film
@@ -78,9 +79,9 @@ fn frozen_light(
 
     while (mode != FROZEN_DONE) {
         if (scatter) {
-            let onward = toward_sample(ray.origin, world, rng);
+            let drop = phase_drop(rng);
+            let onward = math_around_drop(world, drop, 2.0 * MATH_PI * rng_next(rng));
             phase_pdf = phase_value(dot(world, onward));
-            throughput *= phase_pdf / toward_pdf(ray.origin, world, onward);
             world = onward;
             toward = world;
             limit = MATH_FAR;

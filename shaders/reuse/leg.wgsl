@@ -6,14 +6,14 @@
 //!slot spectrum
 //!slot proxy
 
-const LEG_LOSS: f32 = 0.1;      // the share of light that one look may take, else cells are asked that are finer
+const LEG_LOSS: f32 = 0.1;      // the share of the light still there that one look may take, else cells are asked that are finer
+const LEG_DIM: f32 = 0.02;      // so much of the light, at least
 const LEG_THIN: f32 = 0.25;     // the part of it below which the next look may be coarser
 const LEG_COARSE: f32 = 16.0;   // looks of the coarsest level along a ray, at least
 const LEG_BUDGET: u32 = 64u;    // looks after which none is made finer
 const LEG_MOST: u32 = 128u;     // looks at most; the last one stands for the rest
 const LEG_DEEP: f32 = 8.0;      // optical depth of the weakest channel beyond which it grows by its logarithm: no path
                                 // may be impossible
-const LEG_NEAR: f32 = 2.0;      // the level where a leg begins in the medium
 const LEG_GLIMPSE: f32 = 2.0;   // the finest level of a glimpse
 const LEG_SMALL: f32 = 1e-3;    // of an optical depth, below which a series is more precise
 
@@ -53,7 +53,7 @@ fn leg_begin(ray: Ray, far: f32, fine: bool) -> LegMarch {
     let finest = max(proxy_finest(ray, far), 1e-30);
     let wanted = floor(log2(max((far - ray.t) / (LEG_COARSE * finest), 1.0)));
     let top = min(wanted, proxy_coarsest());
-    return LegMarch(ray.t, 0.0, 1.0, ray.t, 0.0, 0.0, far, finest, top, select(top, min(top, LEG_NEAR), fine), 0u);
+    return LegMarch(ray.t, 0.0, 1.0, ray.t, 0.0, 0.0, far, finest, top, select(top, 0.0, fine), 0u);
 }
 
 // Whether there is more to look at.
@@ -69,7 +69,7 @@ fn leg_advance(ray: Ray, march: ptr<function, LegMarch>) -> bool {
     let depth = m.depth + piece;
     let grey = leg_grey(depth);
     let seen = exp(-grey);
-    let loss = m.seen - seen;
+    let loss = (m.seen - seen) / max(m.seen, LEG_DIM);
     (*march).looks = m.looks + 1u;
     if (loss > LEG_LOSS && m.level > 0.0 && m.looks < LEG_BUDGET) {
         (*march).level = max(m.level - ceil(log2(loss / LEG_LOSS)), 0.0);
@@ -128,6 +128,7 @@ struct LegFlight {
     t: f32,
     density: f32,  // with which t was drawn, per length
     seen: f32,     // the transmittance to there
+    march: LegMarch,  // whose last stretch holds it
 }
 
 // The collision that u in [0, 1) draws from there to `far`, if any: the transmittance to it is 1 − u.
@@ -142,5 +143,5 @@ fn leg_flight(ray: Ray, far: f32, fine: bool, u: f32) -> LegFlight {
     }
     let rate = (m.grey - m.before_grey) / max(m.t - m.before_t, 1e-30);
     let t = clamp(m.before_t + (wanted - m.before_grey) / max(rate, 1e-30), m.before_t, m.t);
-    return LegFlight(m.grey > wanted, t, rate * exp(-wanted), 1.0 - u);
+    return LegFlight(m.grey > wanted, t, rate * exp(-wanted), 1.0 - u, m);
 }

@@ -9,11 +9,11 @@
 
 @group(3) @binding(12) var<storage, read_write> pair_aims: array<f32>;
 
-// The partner in a round: ((p + origin) xor mask) − origin, with origin and mask those of frame and round; negative outside.
+// The partner in a round: ((p + origin) xor mask) − origin, with origin and mask those of seed, frame and round; negative outside.
 fn pair_partner(position: vec2u, round: u32, frame: Frame) -> vec2i {
     let side = 1u << frame.reach;
-    let key = rng_mix(frame.frame * 747796405u + 2891336453u);
-    let bits = rng_mix(key ^ (round * 277803737u + params.seed));
+    let key = rng_mix(rng_mix(frame.frame * 747796405u + 2891336453u) ^ params.seed);
+    let bits = rng_mix(key ^ (round * 277803737u));
     let origin = vec2u(bits & 255u, (bits >> 8u) & 255u);
     // Any offset but none, another in each round.
     let place = 1u + ((key >> 16u) + round) % (side * side - 1u);

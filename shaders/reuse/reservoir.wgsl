@@ -24,8 +24,8 @@ struct Path {
     film: u32,      // film sample, two shares of 16 bits
     t: f32,         // from the camera to the first vertex, world units
     omega: vec3f,   // where the light comes from: unit, world space
-    second: vec3f,  // second vertex, local space
-    third: vec3f,
+    second: vec3f,  // from the first vertex to the second, world space: however short, its direction is exact
+    third: vec3f,   // from the second to the third
     value: vec3f,   // frozen radiance that reaches the third vertex along `omega`, RGB of `reservoir_round`
 }
 

@@ -4,13 +4,12 @@
 //!use reuse/view
 //!use reuse/reservoir
 
-// The path whose first vertex moves from `before` to `after` (local space): all others move with it, so that directions and lengths
-// of its legs stay. But where what reaches the third is frozen, that one does not move.
+// The path whose first vertex moves from `before` to `after` (local space): all others move with it, so that its legs stay. But
+// where what reaches the third is frozen, that one does not move.
 fn shift_follow(path: Path, before: vec3f, after: vec3f) -> Path {
     var moved = path;
     if (REUSE_SECOND) {
-        moved.second += after - before;
-        moved.third += select(after - before, vec3f(0.0), path.kind == RESERVOIR_FROZEN);
+        moved.third -= select(vec3f(0.0), view_world(after - before), path.kind == RESERVOIR_FROZEN);
     }
     return moved;
 }
@@ -22,7 +21,7 @@ fn shift_keeps(path: Path, before: vec3f, after: vec3f, least: f32) -> bool {
         return true;
     }
     let moved = view_world(after - before);
-    let a = view_world(path.third - path.second);
+    let a = path.third;
     let b = a - moved;
     return min(dot(a, a), dot(b, b)) >= least * least * dot(moved, moved);
 }

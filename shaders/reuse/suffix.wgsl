@@ -5,7 +5,7 @@
 //!use core/math
 //!use core/ray
 //!use light/toward
-//!use reuse/leg
+//!use reuse/onward
 //!use reuse/onset
 //!use reuse/look
 //!use reuse/frame
@@ -61,17 +61,18 @@ fn suffix_follow(
         // A scattering, and a flight from afar, so that its density is known.
         let onward = toward_sample(vertex, before, &rng);
         let walk = ray_new(vertex, onward);
-        let leg = leg_flight(walk, proxy_end(walk), true, rng_next(&rng));
+        let leg = onward_flight(walk, proxy_end(walk), &rng);
         // Per volume: density · r² is the density along the leg.
-        inverse *= leg.t * leg.t / (toward_pdf(vertex, before, onward) * leg.density);
-        vertex = ray_at(walk, leg.t);
-        if (!leg.met || target_density(vertex) <= 0.0 || !(inverse > 0.0 && inverse < MATH_FAR)) {
+        inverse *= leg.t * leg.t * leg.inverse / toward_pdf(vertex, before, onward);
+        let to = onward * leg.t;
+        vertex += ray_local(to);
+        if (!leg.met || !(inverse > 0.0 && inverse < MATH_FAR)) {
             break;
         }
         before = onward;
         seen *= leg.seen;
-        path.second = select(path.second, vertex, depth == 1u);
-        path.third = vertex;
+        path.second = select(path.second, to, depth == 1u);
+        path.third = to;
         path.kind = RESERVOIR_DEEPER * depth;
         let look = look_choose(position, path, vertex, before, &rng);
         suffix_offer(position, &mine, look.path, look.parts, look.strength, seen, inverse * look.inverse, rng_next(&rng));

@@ -46,9 +46,8 @@ fn target_arriving(how: u32, radiance: vec3f, omega: vec3f, phase: f32) -> vec3f
     return phase * (radiance * weight + select(vec3f(0.0), params.constant_radiance, of_phase));
 }
 
-// From one vertex to the next.
-fn target_leg(origin: vec3f, vertex: vec3f) -> TargetLeg {
-    let to = view_world(vertex - origin);
+// From a vertex (local space) on, by so much in world space.
+fn target_leg(origin: vec3f, to: vec3f) -> TargetLeg {
     let reach = sqrt(max(dot(to, to), 1e-20));
     return TargetLeg(origin, to / reach, reach);
 }
@@ -69,15 +68,15 @@ fn target_parts(pixel: vec2u, path: Path) -> Target {
     let depth = reservoir_depth(path.kind);
     if (REUSE_SECOND && depth > 1u) {
         parts.first = target_leg(vertex, path.second);
-        value *= colour * target_scatters(before, parts.first, path.second);
+        vertex += ray_local(path.second);
+        value *= colour * target_scatters(before, parts.first, vertex);
         before = parts.first.world;
-        vertex = path.second;
     }
     if (REUSE_SECOND && depth > 2u) {
         parts.second = target_leg(vertex, path.third);
-        value *= colour * target_scatters(before, parts.second, path.third);
+        vertex += ray_local(path.third);
+        value *= colour * target_scatters(before, parts.second, vertex);
         before = parts.second.world;
-        vertex = path.third;
     }
     let how = path.kind & RESERVOIR_HOW;
     var last = TargetLeg(vertex, path.omega, MATH_FAR);
@@ -87,7 +86,7 @@ fn target_parts(pixel: vec2u, path: Path) -> Target {
     } else if (how == RESERVOIR_DELTA && LIGHT_HAS_LIST) {
         let light = light_at(path.id);
         let is_point = LIGHT_HAS_POINT && light.kind == LIGHT_POINT;
-        let to = target_leg(vertex, light.axis);
+        let to = target_leg(vertex, view_world(light.axis - vertex));
         last.world = select(light.axis, to.world, is_point);
         last.reach = select(MATH_FAR, to.reach, is_point);
         radiance = light.value / select(1.0, to.reach * to.reach, is_point);

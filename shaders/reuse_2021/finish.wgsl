@@ -25,8 +25,8 @@ fn finish_main(@builtin(global_invocation_id) id: vec3u) {
     let through = kept.path.kind == MARCHED_THROUGH;
     if (through) {
         parts.value = light_background(parts.view.world, -1.0);
-        parts.legs = 0u;
     }
+    parts.legs = select(0u, parts.legs, holds && !through);
     let end = select(0.0, select(kept.path.t, MATH_FAR, through), holds);
     let arrived = vec3f(seen_exactly(parts, end, &count));
     var radiance = select(vec3f(0.0), parts.value * kept.weight * arrived, holds);

@@ -27,6 +27,13 @@ fn gather_bare(path: Path) -> bool {
     return path.kind == MARCHED_THROUGH && path.t <= 0.0;
 }
 
+// The path of one pixel in another: at its distance.
+fn gather_shift(path: Path, own: vec2u, other: vec2u) -> Path {
+    let here = view_ray(own, VIEW_CENTRE);
+    let there = view_ray(other, VIEW_CENTRE);
+    return marched_stay(path, here.origin + ray_local(here.world) * path.t, there.origin + ray_local(there.world) * path.t);
+}
+
 @compute @workgroup_size(8, 8)
 fn gather_main(@builtin(global_invocation_id) id: vec3u) {
     params = params_vary(params_uniform, id.z);
@@ -73,7 +80,7 @@ fn gather_main(@builtin(global_invocation_id) id: vec3u) {
         for (var j = 0u; j < GATHER_MOST; j++) {
             var aim = theirs.aim;
             if (j != i && counts[j] > 0.0 && theirs.aim > 0.0) {
-                aim = marched_value(places[j], path);
+                aim = marched_value(places[j], gather_shift(path, places[i], places[j]));
             }
             all_parts += counts[j] * aim;
             here = select(here, aim, j == 0u);
@@ -83,7 +90,7 @@ fn gather_main(@builtin(global_invocation_id) id: vec3u) {
         total += counts[i];
         sum += w;
         if (rng_next(&rng) * sum < w) {
-            kept.path = path;
+            kept.path = gather_shift(path, places[i], position);
             kept.aim = here;
             kept.origin = select(RESERVOIR_NEIGHBOUR, own.origin, i == 0u);
             kept.age = theirs.age;

@@ -24,10 +24,10 @@ fn reproject_load(pixel: u32) -> Reservoir {
 }
 
 // A path with its first vertex as far from another camera as it is; paths that meet nothing need no distance but the pixel's.
-fn reproject_shift(path: Path, vertex: vec3f, camera: vec3f, elsewhere: f32) -> Path {
+fn reproject_shift(path: Path, vertex: vec3f, view: View, elsewhere: f32) -> Path {
     var shifted = path;
-    shifted.t = select(length(view_world(vertex - camera)), elsewhere, path.kind == MARCHED_THROUGH);
-    return shifted;
+    shifted.t = select(length(view_world(vertex - view.origin)), elsewhere, path.kind == MARCHED_THROUGH);
+    return marched_stay(shifted, vertex, view.origin + ray_local(view.world) * shifted.t);
 }
 
 @compute @workgroup_size(8, 8)
@@ -53,9 +53,9 @@ fn reproject_main(@builtin(global_invocation_id) id: vec3u) {
     var old = reproject_load(q.y * params.width + q.x);
     let there = view_ray(q, VIEW_CENTRE);
     let old_vertex = there.origin + ray_local(there.world) * old.path.t;
-    let own_there = marched_value(q, reproject_shift(own.path, vertex, there.origin, own.path.t));
+    let own_there = marched_value(q, reproject_shift(own.path, vertex, there, own.path.t));
     params = params_vary(params_uniform, id.z);
-    let old_path = reproject_shift(old.path, old_vertex, here.origin, own.path.t);
+    let old_path = reproject_shift(old.path, old_vertex, here, own.path.t);
     let old_here = marched_value(position, old_path);
 
     let c = min(old.confidence, frame.cap);

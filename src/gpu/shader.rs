@@ -93,6 +93,7 @@ catalogue![
     "reuse/look",
     "reuse/merge",
     "reuse/onset",
+    "reuse/onward",
     "reuse/pair",
     "reuse/pairwise",
     "reuse/reservoir",

@@ -229,21 +229,10 @@ pub struct Reuse {
     keeps: u32,
     edited: bool,
     queries: Option<(wgpu::QuerySet, wgpu::Buffer)>,
-    groups: Vec<Group>,
     /// Whether passes are timed, which waits for each frame.
     pub timed: bool,
     /// Seconds that each pass took while they were timed.
     pub seconds: BTreeMap<&'static str, f64>,
-}
-
-/// What a pass binds in group 3, kept from frame to frame.
-struct Group {
-    pass: Pass,
-    /// Which of the buffers are its own.
-    own: usize,
-    layout: wgpu::BindGroupLayout,
-    film: wgpu::Buffer,
-    group: wgpu::BindGroup,
 }
 
 /// What a frame is drawn of, and where to.
@@ -333,7 +322,6 @@ impl Reuse {
             keeps: 0,
             edited: false,
             queries,
-            groups: Vec::new(),
             timed: false,
             seconds: BTreeMap::new(),
         };
@@ -443,7 +431,7 @@ impl Reuse {
     }
 
     fn group(
-        &mut self,
+        &self,
         gpu: &Gpu,
         film: &Film,
         pass: Pass,
@@ -451,10 +439,6 @@ impl Reuse {
         merged: bool,
     ) -> wgpu::BindGroup {
         let own = if pass == Pass::Finish { self.last_written(merged) } else { self.turn };
-        self.groups.retain(|g| g.film == film.sum);
-        if let Some(known) = self.groups.iter().find(|g| g.pass == pass && g.own == own && g.layout == *layout) {
-            return known.group.clone();
-        }
         let entries: Vec<wgpu::BindGroupEntry> = pass
             .bound()
             .iter()
@@ -476,11 +460,7 @@ impl Reuse {
             })
             .collect();
         let descriptor = wgpu::BindGroupDescriptor { label: Some(pass.name()), layout, entries: &entries };
-        let group = gpu.device.create_bind_group(&descriptor);
-        let (layout, film) = (layout.clone(), film.sum.clone());
-        self.groups.retain(|g| (g.pass, g.own) != (pass, own));
-        self.groups.push(Group { pass, own, layout, film, group: group.clone() });
-        group
+        gpu.device.create_bind_group(&descriptor)
     }
 
     /// Draws one frame, a sample of every pixel, of `merged` reservoirs of new candidates. `groups` are those of the path

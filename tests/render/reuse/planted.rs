@@ -140,12 +140,18 @@ fn errors_of_more_scatterings_are_seen() {
     let still = |_| scene.clone();
     let course = Course { name: "nothing planted", last: 0, histories: 2 * HISTORIES, at: &still };
     let plants = [
-        ("no square of the distance", "reuse/suffix", "inverse *= leg.t * leg.t / (", "inverse *= leg.t / ("),
+        ("no square of the distance", "reuse/suffix", "inverse *= leg.t * leg.t *", "inverse *= leg.t *"),
         (
             "no phase function in the density",
             "reuse/suffix",
-            "(toward_pdf(vertex, before, onward) * leg.density)",
-            "(0.5 * leg.density)",
+            "leg.inverse / toward_pdf(vertex, before, onward)",
+            "leg.inverse / 0.5",
+        ),
+        (
+            "places of a stretch as if there were no choice",
+            "reuse/onward",
+            "sum / (f32(ONWARD_PLACES) * here * rate * seen)",
+            "1.0 / (rate * seen)",
         ),
         ("no density of the first distance", "reuse/onset", "words.w / onset_strength(view, t, seen)", "words.w"),
         ("suffixes that count in full", "reuse/onset", "onset.sum / f32(count)", "onset.sum"),
@@ -160,14 +166,14 @@ fn errors_of_more_scatterings_are_seen() {
         (
             "albedo of the second vertex",
             "reuse/target",
-            "value *= colour * target_scatters(before, parts.first, path.second);",
-            "value *= params.extinction * target_scatters(before, parts.first, path.second);",
+            "value *= colour * target_scatters(before, parts.first, vertex);",
+            "value *= params.extinction * target_scatters(before, parts.first, vertex);",
         ),
         (
             "albedo of the third vertex",
             "reuse/target",
-            "value *= colour * target_scatters(before, parts.second, path.third);",
-            "value *= params.extinction * target_scatters(before, parts.second, path.third);",
+            "value *= colour * target_scatters(before, parts.second, vertex);",
+            "value *= params.extinction * target_scatters(before, parts.second, vertex);",
         ),
         (
             "the light that the third vertex sees, twice",
@@ -177,6 +183,33 @@ fn errors_of_more_scatterings_are_seen() {
         ),
     ];
     all_are_seen(&a, &mut stage, &course, &plants);
+}
+
+#[test]
+fn weights_that_grow_from_one_scattering_to_the_next_are_seen() {
+    let Some(a) = adapter() else { return };
+    let mut scene = sunny(64);
+    scene.medium.density_scale = nephele::scene::value::Auto::Is(200.0);
+    (hg(&mut scene, 0.85), albedo(&mut scene, 0.99));
+    scene.lights.push(constant(0.2));
+    let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
+    let mut stage = Stage::new("many scatterings", &mut r, &scene, 1024);
+    let still = |_| scene.clone();
+    let course = Course { name: "nothing planted", last: 0, histories: 2 * HISTORIES, at: &still };
+    let honest = stage.until(&course, 0.0).error;
+    // No error of any mean, but weights of up to 1.25 to the power of the scatterings.
+    let planted = support::plant(
+        "reuse/frozen",
+        "let onward = math_around_drop(world, drop, 2.0 * MATH_PI * rng_next(rng));
+            phase_pdf = phase_value(dot(world, onward));",
+        "let onward = toward_sample(ray.origin, world, rng);
+            phase_pdf = phase_value(dot(world, onward));
+            throughput *= phase_pdf / toward_pdf(ray.origin, world, onward);",
+    );
+    let mut other = renderer(&a, &planted.source, &scene, Some(cloud_field()), false);
+    let course = Course { name: "towards lights at every scattering", ..course };
+    let planted = stage.with(&mut other).until(&course, 0.0).error;
+    assert!(honest < 0.01 && planted > 3.0 * honest, "{honest} {planted}");
 }
 
 #[test]
@@ -191,14 +224,16 @@ fn errors_of_moved_vertices_are_seen() {
         (
             "vertices stay where a neighbour had them",
             "reuse/pairwise",
-            "pair_shift(other.path, q, position, frame.reconnect).path",
-            "other.path",
+            "let path = pair_shift(other.path, q, position, frame.reconnect).path;",
+            "var path = pair_shift(other.path, q, position, frame.reconnect).path;
+             path.second += (view_ray(q, path.film).world - view_ray(position, path.film).world) * path.t;",
         ),
         (
             "our own vertices stay in the frame before",
             "reuse/temporal",
-            "shift_follow(own.path, own_from, own_to)",
-            "own.path",
+            "var own_shifted = shift_follow(own.path, own_from, own_to);",
+            "var own_shifted = own.path;
+             own_shifted.second += view_world(own_from - own_to);",
         ),
     ];
     all_are_seen(&a, &mut stage, &course, &plants);

@@ -40,8 +40,8 @@ fn mix(word: u32) -> u32 {
 /// The partner of a pixel, its place in the picture; as shaders/reuse/pair.wgsl finds it.
 fn partner(pixel: u32, round: u32, frame: u32, scene: &Scene) -> Option<usize> {
     let side = 1u32 << scene.restir.reach;
-    let key = mix(frame.wrapping_mul(747_796_405).wrapping_add(2_891_336_453));
-    let bits = mix(key ^ round.wrapping_mul(277_803_737).wrapping_add(scene.integrator.seed));
+    let key = mix(mix(frame.wrapping_mul(747_796_405).wrapping_add(2_891_336_453)) ^ scene.integrator.seed);
+    let bits = mix(key ^ round.wrapping_mul(277_803_737));
     let place = 1 + ((key >> 16) + round) % (side * side - 1);
     let along = |at: u32, origin: u32, mask: u32| ((at + origin) ^ mask).checked_sub(origin).filter(|x| *x < PICTURE);
     let x = along(pixel % PICTURE, bits & 255, place % side)?;
