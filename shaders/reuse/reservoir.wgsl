@@ -13,6 +13,8 @@ const RESERVOIR_DEEPER: u32 = 4u;   // is added for each vertex after the first
 const RESERVOIR_FROZEN: u32 = 8u;
 const RESERVOIR_VERTICES: u32 = 3u; // at most
 
+const RESERVOIR_GRID: f32 = 1048576.0;  // steps of a folded direction in 1
+
 // Where a pixel's path comes from.
 const RESERVOIR_OWN: u32 = 0u;
 const RESERVOIR_HISTORY: u32 = 1u;
@@ -51,10 +53,12 @@ fn reservoir_sign(v: vec2f) -> vec2f {
     return select(vec2f(-1.0), vec2f(1.0), v >= vec2f(0.0));
 }
 
-// A unit vector as two numbers and back (Meyer et al. 2010): what is stored is what is meant, rounding is no error.
+// A unit vector as two numbers and back (Meyer et al. 2010): what is stored is what is meant, rounding is no error. On a grid, far
+// coarser than what normalising rounds, so that a vector folds to the same numbers however often: at the edge of a sun's disc
+// the next float may be a hundred thousand times brighter.
 fn reservoir_fold(v: vec3f) -> vec2f {
     let p = v.xy / (abs(v.x) + abs(v.y) + abs(v.z));
-    return select((1.0 - abs(p.yx)) * reservoir_sign(p), p, v.z >= 0.0);
+    return round(select((1.0 - abs(p.yx)) * reservoir_sign(p), p, v.z >= 0.0) * RESERVOIR_GRID) / RESERVOIR_GRID;
 }
 
 fn reservoir_unfold(p: vec2f) -> vec3f {

@@ -190,7 +190,8 @@ fn weights_that_grow_from_one_scattering_to_the_next_are_seen() {
     let Some(a) = adapter() else { return };
     let mut scene = sunny(64);
     scene.medium.density_scale = nephele::scene::value::Auto::Is(200.0);
-    (hg(&mut scene, 0.85), albedo(&mut scene, 0.99));
+    hg(&mut scene, 0.85);
+    albedo(&mut scene, 0.99);
     scene.lights.push(constant(0.2));
     let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
     let mut stage = Stage::new("many scatterings", &mut r, &scene, 1024);
