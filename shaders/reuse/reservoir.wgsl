@@ -13,7 +13,7 @@ const RESERVOIR_DEEPER: u32 = 4u;   // is added for each vertex after the first
 const RESERVOIR_FROZEN: u32 = 8u;
 const RESERVOIR_VERTICES: u32 = 3u; // at most
 
-const RESERVOIR_GRID: f32 = 1048576.0;  // steps of a folded direction in 1
+const RESERVOIR_GRID: f32 = 2097152.0;  // steps of a folded direction in 1
 
 // Where a pixel's path comes from.
 const RESERVOIR_OWN: u32 = 0u;
