@@ -19,6 +19,12 @@ fn toward_axis(light: Light, p: vec3f) -> vec3f {
     return light.axis;
 }
 
+// A direction that the phase function draws about an axis.
+fn toward_turn(axis: vec3f, rng: ptr<function, Rng>) -> vec3f {
+    let drop = phase_drop(rng);
+    return math_around_drop(axis, drop, 2.0 * MATH_PI * rng_next(rng));
+}
+
 // Density per steradian with which `toward_sample` draws `onward`, at `p` (local space) after travelling along `before`.
 fn toward_pdf(p: vec3f, before: vec3f, onward: vec3f) -> f32 {
     let phase = phase_value(dot(before, onward));
@@ -48,6 +54,5 @@ fn toward_sample(p: vec3f, before: vec3f, rng: ptr<function, Rng>) -> vec3f {
         }
         axis = toward_axis(light_at(i), p);
     }
-    let drop = phase_drop(rng);
-    return math_around_drop(axis, drop, 2.0 * MATH_PI * rng_next(rng));
+    return toward_turn(axis, rng);
 }

@@ -28,7 +28,7 @@ fn probe_reuse_shift(i: u32) -> array<vec4f, 2> {
     let there = forth.offset + forth.kappa * t;
     return array<vec4f, 2>(
         vec4f(there, (there - forth.offset) / forth.kappa, forth.kappa, back.kappa),
-        vec4f(b.origin + ray_local(b.world) * there, dot(view_world(a.origin + ray_local(a.world) * t - b.origin), b.world)),
+        vec4f(view_at(b, there), dot(view_world(view_at(a, t) - b.origin), b.world)),
     );
 }
 
@@ -118,7 +118,8 @@ fn probe_reuse_table(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
     );
 }
 
-// A leg from a random point: whether there is medium where it loses no light.
+// A leg from a random point: whether there is medium where it loses no light; and at a random distance −log of the transmittance
+// from afar and of the true one.
 fn probe_reuse_leg(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let origin = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
     let target_point = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
@@ -128,7 +129,20 @@ fn probe_reuse_leg(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let density = target_density(ray_at(ray, t));
     let stretch = leg_until(ray, ray.exit, true, t);
     let missed = stretch.before_t > t || stretch.t < t || !(stretch.grey > stretch.before_grey);
-    return array<vec4f, 2>(vec4f(density, select(0.0, density, missed), t, 0.0), vec4f(f32(leg.looks), leg.depth, 0.0, 0.0));
+    var depth = 0.0;
+    for (var k = 0u; k < PROBE_REUSE_STEPS; k++) {
+        depth += target_density(ray_at(ray, t * (f32(k) + 0.5) / f32(PROBE_REUSE_STEPS)));
+    }
+    depth *= t * params.sigma / f32(PROBE_REUSE_STEPS);
+    return array<vec4f, 2>(
+        vec4f(density, select(0.0, density, missed), t, 0.0),
+        vec4f(f32(leg.looks), leg.depth, leg_within(stretch, t), leg_grey(depth)),
+    );
+}
+
+// The density, per length, with which a flight from afar ends where it does.
+fn probe_reuse_density(flight: LegFlight) -> f32 {
+    return leg_rate(flight.march) * exp(-leg_within(flight.march, flight.t));
 }
 
 // The flight that a number draws along a leg: the transmittance to it from afar, against the number; and its density against the
@@ -143,7 +157,7 @@ fn probe_reuse_flight(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let step = 1e-3 * (1.0 - u);
     let on = leg_flight(ray, ray.exit, true, u + step);
     let misses = flight.met != (1.0 - exp(-all.grey) > u);
-    let slope = (on.t - flight.t) * 0.5 * (flight.density + on.density) / step;
+    let slope = (on.t - flight.t) * 0.5 * (probe_reuse_density(flight) + probe_reuse_density(on)) / step;
     return array<vec4f, 2>(
         vec4f(select(0.0, 1.0, misses), select(0.0, slope - 1.0, flight.met && on.met), 0.0, 0.0),
         vec4f(flight.t, all.grey, 0.0, 0.0),

@@ -47,7 +47,7 @@ fn candidates_main(@builtin(global_invocation_id) id: vec3u) {
         let count = f32(select(by_phase, by_light, lit));
         let drawn = table_sample((f32(place) + rng_next(&rng)) / count);
         var path = Path(RESERVOIR_ESCAPE, 0u, film, drawn.t, vec3f(0.0), vec3f(0.0), vec3f(0.0), vec3f(0.0));
-        let vertex = view.origin + ray_local(view.world) * path.t;
+        let vertex = view_at(view, path.t);
         if (REUSE_SECOND) {
             onset_offer(&onset, view, path.t, drawn.transmittance, drawn.density * f32(all), rng_three(&rng));
         }

@@ -4,6 +4,7 @@
 //!use core/math
 //!slot phase
 //!use light/light
+//!use light/toward
 //!use reuse/reservoir
 
 // Whether scattering may find light.
@@ -14,10 +15,8 @@ fn end_finds() -> bool {
 // The end of a path in the direction that scattering chooses after travelling along `before`, at a vertex `deeper` after the first;
 // and the density that drew it.
 fn end_scattered(path: ptr<function, Path>, before: vec3f, deeper: u32, rng: ptr<function, Rng>) -> f32 {
-    let drop = phase_drop(rng);
-    let onward = math_around_drop(before, drop, 2.0 * MATH_PI * rng_next(rng));
     (*path).kind = deeper + RESERVOIR_ESCAPE;
-    (*path).omega = reservoir_unfold(reservoir_fold(onward));
+    (*path).omega = reservoir_unfold(reservoir_fold(toward_turn(before, rng)));
     return phase_value(dot(before, (*path).omega));
 }
 

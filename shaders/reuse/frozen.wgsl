@@ -8,6 +8,7 @@
 //!use core/ray
 //!slot phase
 //!use light/light
+//!use light/toward
 //!use track/step
 //!use reuse/reservoir
 //!use film/film
@@ -79,8 +80,7 @@ fn frozen_light(
 
     while (mode != FROZEN_DONE) {
         if (scatter) {
-            let drop = phase_drop(rng);
-            let onward = math_around_drop(world, drop, 2.0 * MATH_PI * rng_next(rng));
+            let onward = toward_turn(world, rng);
             phase_pdf = phase_value(dot(world, onward));
             world = onward;
             toward = world;

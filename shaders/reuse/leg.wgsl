@@ -122,12 +122,15 @@ fn leg_within(m: LegMarch, t: f32) -> f32 {
     return mix(m.before_grey, m.grey, share);
 }
 
+// The slope of −log of the transmittance in the last stretch of a march, per length.
+fn leg_rate(m: LegMarch) -> f32 {
+    return (m.grey - m.before_grey) / max(m.t - m.before_t, 1e-30);
+}
+
 // A collision on a leg.
 struct LegFlight {
     met: bool,
     t: f32,
-    density: f32,  // with which t was drawn, per length
-    seen: f32,     // the transmittance to there
     march: LegMarch,  // whose last stretch holds it
 }
 
@@ -141,7 +144,6 @@ fn leg_flight(ray: Ray, far: f32, fine: bool, u: f32) -> LegFlight {
         }
         leg_advance(ray, &m);
     }
-    let rate = (m.grey - m.before_grey) / max(m.t - m.before_t, 1e-30);
-    let t = clamp(m.before_t + (wanted - m.before_grey) / max(rate, 1e-30), m.before_t, m.t);
-    return LegFlight(m.grey > wanted, t, rate * exp(-wanted), 1.0 - u, m);
+    let t = m.before_t + (wanted - m.before_grey) / max(leg_rate(m), 1e-30);
+    return LegFlight(m.grey > wanted, clamp(t, m.before_t, m.t), m);
 }

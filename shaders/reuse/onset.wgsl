@@ -16,7 +16,7 @@ struct Onset {
 
 // What a distance is worth: the density there times the transmittance to there.
 fn onset_strength(view: View, t: f32, seen: f32) -> f32 {
-    return target_density(view.origin + ray_local(view.world) * t) * seen;
+    return target_density(view_at(view, t)) * seen;
 }
 
 // Offers a distance with the transmittance to there, drawn with a density; `u`: random numbers.

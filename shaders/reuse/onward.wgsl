@@ -20,9 +20,8 @@ struct Onward {
 fn onward_flight(ray: Ray, far: f32, rng: ptr<function, Rng>) -> Onward {
     let leg = leg_flight(ray, far, true, rng_next(rng));
     let stretch = leg.march;
-    let piece = stretch.grey - stretch.before_grey;
-    let rate = piece / max(stretch.t - stretch.before_t, 1e-30);
-    let opacity = leg_opacity(piece);
+    let rate = leg_rate(stretch);
+    let opacity = leg_opacity(stretch.grey - stretch.before_grey);
     var share = 0.0;  // of the light lost in the stretch, up to the place
     var here = 0.0;
     var sum = 0.0;

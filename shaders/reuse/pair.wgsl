@@ -32,8 +32,8 @@ struct PairShift {
 fn pair_shift(path: Path, own: vec2u, other: vec2u, least: f32) -> PairShift {
     let here = view_ray(own, path.film);
     let there = view_ray(other, path.film);
-    let before = here.origin + ray_local(here.world) * path.t;
-    let after = there.origin + ray_local(there.world) * path.t;
+    let before = view_at(here, path.t);
+    let after = view_at(there, path.t);
     return PairShift(shift_follow(path, before, after), shift_keeps(path, before, after, least));
 }
 

@@ -52,7 +52,7 @@ fn suffix_follow(
     let view = view_ray(position, path.film);
     let onset = onset_take(pixel, number, view);
     path.t = onset.t;
-    var vertex = view.origin + ray_local(view.world) * onset.t;
+    var vertex = view_at(view, onset.t);
     var before = view.world;
     var seen = onset.seen;
     var inverse = onset.inverse;

@@ -62,7 +62,7 @@ fn target_parts(pixel: vec2u, path: Path) -> Target {
     let colour = params.albedo * params.extinction;
     var parts = Target();
     parts.view = view;
-    var vertex = view.origin + ray_local(view.world) * path.t;
+    var vertex = view_at(view, path.t);
     var before = view.world;
     var value = colour * (target_density(vertex) * params.sigma);
     let depth = reservoir_depth(path.kind);

@@ -83,8 +83,8 @@ fn temporal_main(@builtin(global_invocation_id) id: vec3u) {
     // Our own path in the frame before, by the inverse of the map that brings theirs here.
     let back = shift_affine(own_there, own_here);
     let own_t = (own.path.t - back.offset) / back.kappa;
-    let own_from = own_here.origin + ray_local(own_here.world) * own.path.t;
-    let own_to = own_there.origin + ray_local(own_there.world) * own_t;
+    let own_from = view_at(own_here, own.path.t);
+    let own_to = view_at(own_there, own_t);
     var own_shifted = shift_follow(own.path, own_from, own_to);
     own_shifted.film = own_film;
     own_shifted.t = own_t;
@@ -95,8 +95,8 @@ fn temporal_main(@builtin(global_invocation_id) id: vec3u) {
     // Theirs here.
     let forth = shift_affine(old_there, old_here);
     let old_t = forth.offset + forth.kappa * old.path.t;
-    let old_from = old_there.origin + ray_local(old_there.world) * old.path.t;
-    let old_to = old_here.origin + ray_local(old_here.world) * old_t;
+    let old_from = view_at(old_there, old.path.t);
+    let old_to = view_at(old_here, old_t);
     var old_shifted = shift_follow(old.path, old_from, old_to);
     old_shifted.film = old_film;
     old_shifted.t = old_t;

@@ -34,6 +34,11 @@ fn view_ray(pixel: vec2u, film: u32) -> View {
     return View(pinhole.origin, normalize(pinhole.world));
 }
 
+// The point (local space) at a distance along a ray.
+fn view_at(view: View, t: f32) -> vec3f {
+    return view.origin + ray_local(view.world) * t;
+}
+
 // From a local to a world vector.
 fn view_world(v: vec3f) -> vec3f {
     return params.world_from_local_x * v.x + params.world_from_local_y * v.y + params.world_from_local_z * v.z;

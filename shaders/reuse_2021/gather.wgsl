@@ -31,7 +31,7 @@ fn gather_bare(path: Path) -> bool {
 fn gather_shift(path: Path, own: vec2u, other: vec2u) -> Path {
     let here = view_ray(own, VIEW_CENTRE);
     let there = view_ray(other, VIEW_CENTRE);
-    return marched_stay(path, here.origin + ray_local(here.world) * path.t, there.origin + ray_local(there.world) * path.t);
+    return marched_stay(path, view_at(here, path.t), view_at(there, path.t));
 }
 
 @compute @workgroup_size(8, 8)

@@ -93,7 +93,7 @@ fn initial_main(@builtin(global_invocation_id) id: vec3u) {
         var path = kept.path;
         path.kind = RESERVOIR_ESCAPE;
         path.t = mix(state.near, state.t, share);
-        let vertex = view.origin + ray_local(view.world) * path.t;
+        let vertex = view_at(view, path.t);
         if (REUSE_SECOND) {
             onset_offer(&onset, view, path.t, select(0.0, wanted, scattered), drawn * f32(walks), rng_three(&rng));
         }

@@ -27,7 +27,7 @@ fn reproject_load(pixel: u32) -> Reservoir {
 fn reproject_shift(path: Path, vertex: vec3f, view: View, elsewhere: f32) -> Path {
     var shifted = path;
     shifted.t = select(length(view_world(vertex - view.origin)), elsewhere, path.kind == MARCHED_THROUGH);
-    return marched_stay(shifted, vertex, view.origin + ray_local(view.world) * shifted.t);
+    return marched_stay(shifted, vertex, view_at(view, shifted.t));
 }
 
 @compute @workgroup_size(8, 8)
@@ -43,7 +43,7 @@ fn reproject_main(@builtin(global_invocation_id) id: vec3u) {
     var rng = rng_start(pixel, frame.frame, params.seed ^ REPROJECT_STREAM);
     var own = reservoir_load(pixel);
     let here = view_ray(position, VIEW_CENTRE);
-    let vertex = here.origin + ray_local(here.world) * own.path.t;
+    let vertex = view_at(here, own.path.t);
 
     params = params_vary(frame_previous, id.z);
     // Off the screen, and where a ray meets nothing: the same pixel.
@@ -52,7 +52,7 @@ fn reproject_main(@builtin(global_invocation_id) id: vec3u) {
     let q = select(position, min(vec2u(max(place, vec2f(0.0))), vec2u(params.width, params.height) - 1u), found);
     var old = reproject_load(q.y * params.width + q.x);
     let there = view_ray(q, VIEW_CENTRE);
-    let old_vertex = there.origin + ray_local(there.world) * old.path.t;
+    let old_vertex = view_at(there, old.path.t);
     let own_there = marched_value(q, reproject_shift(own.path, vertex, there, own.path.t));
     params = params_vary(params_uniform, id.z);
     let old_path = reproject_shift(old.path, old_vertex, here, own.path.t);

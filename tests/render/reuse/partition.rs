@@ -23,8 +23,8 @@ fn of_the_frame_before() -> [(&'static str, &'static str, String); 2] {
         let here_view = view_ray(position, own.path.film);
         let map = shift_affine(there_view, here_view);
         let t = (own.path.t - map.offset) / map.kappa;
-        let here_place = here_view.origin + ray_local(here_view.world) * own.path.t;
-        let there_place = there_view.origin + ray_local(there_view.world) * t;
+        let here_place = view_at(here_view, own.path.t);
+        let there_place = view_at(there_view, t);
         let keeps = shift_keeps(own.path, here_place, there_place, frame.reconnect);
         old.path = shift_follow(own.path, here_place, there_place);
         old.path.film = view_turn(own.path.film, -turn);

@@ -188,20 +188,21 @@ fn errors_of_more_scatterings_are_seen() {
 #[test]
 fn weights_that_grow_from_one_scattering_to_the_next_are_seen() {
     let Some(a) = adapter() else { return };
-    let mut scene = sunny(64);
-    scene.medium.density_scale = nephele::scene::value::Auto::Is(200.0);
+    let mut scene = sunny(256);
+    scene.medium.density_scale = nephele::scene::value::Auto::Is(800.0);
     hg(&mut scene, 0.85);
-    albedo(&mut scene, 0.99);
+    albedo(&mut scene, 0.999);
     scene.lights.push(constant(0.2));
     let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
     let mut stage = Stage::new("many scatterings", &mut r, &scene, 1024);
     let still = |_| scene.clone();
     let course = Course { name: "nothing planted", last: 0, histories: 2 * HISTORIES, at: &still };
-    let honest = stage.until(&course, 0.0).error;
-    // No error of any mean, but weights of up to 1.25 to the power of the scatterings.
+    let honest = stage.until(&course, 0.0);
+    // No error of any mean, but weights of up to 1.25 to the power of the scatterings: most histories are too dark, and few
+    // very bright.
     let planted = support::plant(
         "reuse/frozen",
-        "let onward = math_around_drop(world, drop, 2.0 * MATH_PI * rng_next(rng));
+        "let onward = toward_turn(world, rng);
             phase_pdf = phase_value(dot(world, onward));",
         "let onward = toward_sample(ray.origin, world, rng);
             phase_pdf = phase_value(dot(world, onward));
@@ -209,8 +210,8 @@ fn weights_that_grow_from_one_scattering_to_the_next_are_seen() {
     );
     let mut other = renderer(&a, &planted.source, &scene, Some(cloud_field()), false);
     let course = Course { name: "towards lights at every scattering", ..course };
-    let planted = stage.with(&mut other).until(&course, 0.0).error;
-    assert!(honest < 0.01 && planted > 3.0 * honest, "{honest} {planted}");
+    let planted = stage.with(&mut other).until(&course, 0.0);
+    assert!(!honest.trips() && planted.trips(), "{honest:?} {planted:?}");
 }
 
 #[test]
