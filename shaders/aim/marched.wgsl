@@ -97,7 +97,7 @@ fn marched_value(pixel: vec2u, path: Path) -> f32 {
 fn marched_stay(path: Path, before: vec3f, after: vec3f) -> Path {
     var moved = path;
     if (REUSE_SECOND) {
-        moved.second -= view_world(after - before);
+        moved.second -= ray_world(after - before);
     }
     return moved;
 }

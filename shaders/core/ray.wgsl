@@ -17,6 +17,10 @@ fn ray_local(world: vec3f) -> vec3f {
     return params.local_from_world_x * world.x + params.local_from_world_y * world.y + params.local_from_world_z * world.z;
 }
 
+fn ray_world(local: vec3f) -> vec3f {
+    return params.world_from_local_x * local.x + params.world_from_local_y * local.y + params.world_from_local_z * local.z;
+}
+
 // From `origin` (local space) along the unit vector `world`; t starts where the ray meets the support. Beyond it,
 // exit ≤ t: there is nothing to meet.
 fn ray_new(origin: vec3f, world: vec3f) -> Ray {

@@ -143,8 +143,7 @@ fn light_sample(p: vec3f, rng: ptr<function, Rng>) -> LightSample {
                 sample.direction = light_cap(light, rng);
                 sample.pdf = 1.0;
             } else if (LIGHT_HAS_POINT && light.kind == LIGHT_POINT) {
-                let to = light.axis - p;
-                let world = params.world_from_local_x * to.x + params.world_from_local_y * to.y + params.world_from_local_z * to.z;
+                let world = ray_world(light.axis - p);
                 let square = max(dot(world, world), 1e-20);
                 sample.distance = sqrt(square);
                 sample.direction = world / sample.distance;

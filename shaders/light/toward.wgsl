@@ -12,8 +12,7 @@ const TOWARD_SHARE: f32 = select(0.0, 0.2, LIGHT_HAS_LIST);  // of directions th
 // To a light's middle from `p` (local space): unit, world space.
 fn toward_axis(light: Light, p: vec3f) -> vec3f {
     if (LIGHT_HAS_POINT && light.kind == LIGHT_POINT) {
-        let to = light.axis - p;
-        let world = params.world_from_local_x * to.x + params.world_from_local_y * to.y + params.world_from_local_z * to.z;
+        let world = ray_world(light.axis - p);
         return world / sqrt(max(dot(world, world), 1e-20));
     }
     return light.axis;

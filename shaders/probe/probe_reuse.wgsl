@@ -12,8 +12,8 @@ fn probe_reuse_path(rng: ptr<function, Rng>) -> Path {
     let kind = array<u32, 10>(1u, 2u, 3u, 5u, 6u, 7u, 8u, 9u, 10u, 11u)[rng_bits(rng) % 10u];
     let omega = math_around_drop(vec3f(0.0, 1.0, 0.0), 2.0 * rng_next(rng), 2.0 * MATH_PI * rng_next(rng));
     let middle = 0.5 * (params.box_min + params.box_max);
-    let second = view_world(mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng))) - middle);
-    let third = view_world(mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng))) - middle);
+    let second = ray_world(mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng))) - middle);
+    let third = ray_world(mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng))) - middle);
     let value = reservoir_round(vec3f(rng_next(rng), -rng_next(rng), 1e6 * rng_next(rng)));
     return Path(kind, 0u, rng_bits(rng), 10.0 * rng_next(rng), omega, second, third, value);
 }
@@ -28,7 +28,7 @@ fn probe_reuse_shift(i: u32) -> array<vec4f, 2> {
     let there = forth.offset + forth.kappa * t;
     return array<vec4f, 2>(
         vec4f(there, (there - forth.offset) / forth.kappa, forth.kappa, back.kappa),
-        vec4f(view_at(b, there), dot(view_world(view_at(a, t) - b.origin), b.world)),
+        vec4f(view_at(b, there), dot(ray_world(view_at(a, t) - b.origin), b.world)),
     );
 }
 
@@ -123,7 +123,7 @@ fn probe_reuse_table(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
 fn probe_reuse_leg(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let origin = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
     let target_point = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
-    let ray = ray_new(origin, normalize(view_world(target_point - origin)));
+    let ray = ray_new(origin, normalize(ray_world(target_point - origin)));
     let leg = leg_march(ray, ray.exit);
     let t = ray.exit * rng_next(rng);
     let density = target_density(ray_at(ray, t));
@@ -150,7 +150,7 @@ fn probe_reuse_density(flight: LegFlight) -> f32 {
 fn probe_reuse_flight(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let origin = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
     let target_point = mix(params.box_min, params.box_max, vec3f(rng_next(rng), rng_next(rng), rng_next(rng)));
-    let ray = ray_new(origin, normalize(view_world(target_point - origin)));
+    let ray = ray_new(origin, normalize(ray_world(target_point - origin)));
     let u = 0.999 * rng_next(rng);
     let all = leg_march(ray, ray.exit);
     let flight = leg_flight(ray, ray.exit, true, u);

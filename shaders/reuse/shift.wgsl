@@ -9,7 +9,7 @@
 fn shift_follow(path: Path, before: vec3f, after: vec3f) -> Path {
     var moved = path;
     if (REUSE_SECOND) {
-        moved.third -= select(vec3f(0.0), view_world(after - before), path.kind == RESERVOIR_FROZEN);
+        moved.third -= select(vec3f(0.0), ray_world(after - before), path.kind == RESERVOIR_FROZEN);
     }
     return moved;
 }
@@ -20,7 +20,7 @@ fn shift_keeps(path: Path, before: vec3f, after: vec3f, least: f32) -> bool {
     if (!REUSE_SECOND || path.kind != RESERVOIR_FROZEN) {
         return true;
     }
-    let moved = view_world(after - before);
+    let moved = ray_world(after - before);
     let a = path.third;
     let b = a - moved;
     return min(dot(a, a), dot(b, b)) >= least * least * dot(moved, moved);
@@ -34,5 +34,5 @@ struct ShiftAffine {
 }
 
 fn shift_affine(a: View, b: View) -> ShiftAffine {
-    return ShiftAffine(dot(a.world, b.world), dot(b.world, view_world(a.origin - b.origin)));
+    return ShiftAffine(dot(a.world, b.world), dot(b.world, ray_world(a.origin - b.origin)));
 }

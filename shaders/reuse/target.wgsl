@@ -86,7 +86,7 @@ fn target_parts(pixel: vec2u, path: Path) -> Target {
     } else if (how == RESERVOIR_DELTA && LIGHT_HAS_LIST) {
         let light = light_at(path.id);
         let is_point = LIGHT_HAS_POINT && light.kind == LIGHT_POINT;
-        let to = target_leg(vertex, view_world(light.axis - vertex));
+        let to = target_leg(vertex, ray_world(light.axis - vertex));
         last.world = select(light.axis, to.world, is_point);
         last.reach = select(MATH_FAR, to.reach, is_point);
         radiance = light.value / select(1.0, to.reach * to.reach, is_point);

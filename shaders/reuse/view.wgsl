@@ -39,11 +39,6 @@ fn view_at(view: View, t: f32) -> vec3f {
     return view.origin + ray_local(view.world) * t;
 }
 
-// From a local to a world vector.
-fn view_world(v: vec3f) -> vec3f {
-    return params.world_from_local_x * v.x + params.world_from_local_y * v.y + params.world_from_local_z * v.z;
-}
-
 // A film sample moved by a part of a pixel, round and round.
 fn view_turn(film: u32, by: vec2i) -> u32 {
     let x = u32(i32(film & 0xffffu) + by.x) & 0xffffu;
@@ -52,7 +47,7 @@ fn view_turn(film: u32, by: vec2i) -> u32 {
 
 // The place of the film that sees a local point through the lens's centre, in pixels; negative where none does.
 fn view_place(point: vec3f) -> vec2f {
-    let v = view_world(point - params.camera_local);
+    let v = ray_world(point - params.camera_local);
     let depth = dot(v, params.camera_forward);
     let x = dot(v, params.camera_right) / dot(params.camera_right, params.camera_right) / depth;
     let y = dot(v, params.camera_up) / dot(params.camera_up, params.camera_up) / depth;

@@ -26,7 +26,7 @@ fn reproject_load(pixel: u32) -> Reservoir {
 // A path with its first vertex as far from another camera as it is; paths that meet nothing need no distance but the pixel's.
 fn reproject_shift(path: Path, vertex: vec3f, view: View, elsewhere: f32) -> Path {
     var shifted = path;
-    shifted.t = select(length(view_world(vertex - view.origin)), elsewhere, path.kind == MARCHED_THROUGH);
+    shifted.t = select(length(ray_world(vertex - view.origin)), elsewhere, path.kind == MARCHED_THROUGH);
     return marched_stay(shifted, vertex, view_at(view, shifted.t));
 }
 

@@ -103,8 +103,8 @@ fn shifts_go_there_and_back() {
         ("the Jacobian dropped", "dot(a.world, b.world), dot", "1.0, dot"),
         (
             "the offset along the other ray",
-            "dot(b.world, view_world(a.origin - b.origin))",
-            "dot(a.world, view_world(a.origin - b.origin))",
+            "dot(b.world, ray_world(a.origin - b.origin))",
+            "dot(a.world, ray_world(a.origin - b.origin))",
         ),
     ];
     for (what, from, to) in plants {

@@ -235,7 +235,7 @@ fn errors_of_moved_vertices_are_seen() {
             "reuse/temporal",
             "var own_shifted = shift_follow(own.path, own_from, own_to);",
             "var own_shifted = own.path;
-             own_shifted.second += view_world(own_from - own_to);",
+             own_shifted.second += ray_world(own_from - own_to);",
         ),
     ];
     all_are_seen(&a, &mut stage, &course, &plants);
