@@ -164,7 +164,7 @@ fn probe_reuse_flight(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     );
 }
 
-// A target, and whether its path carries light.
+// A target, asked twice, and whether its path carries light.
 fn probe_reuse_target(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let position = vec2u(i % params.width, i / params.width);
     var path = probe_reuse_path(rng);
@@ -173,7 +173,8 @@ fn probe_reuse_target(i: u32, rng: ptr<function, Rng>) -> array<vec4f, 2> {
     path.t = mix(ray.t, ray.exit, rng_next(rng));
     let parts = target_parts(position, path);
     let aim = target_value(position, path);
-    return array<vec4f, 2>(vec4f(aim, math_max3(parts.value), 0.0, 0.0), vec4f(parts.value, path.t));
+    let again = target_value(position, path);
+    return array<vec4f, 2>(vec4f(aim, math_max3(parts.value), again, 0.0), vec4f(parts.value, path.t));
 }
 
 @compute @workgroup_size(64)

@@ -6,7 +6,7 @@ use nephele::scene::value::Auto;
 use nephele::scene::{Constant, Light, Mode, Scene, Sun};
 
 use super::probe::Probe;
-use super::support::{Adapter, Dice, adapter, field_of, plant, random_dense};
+use super::support::{Adapter, Dice, adapter, field_of, plant, plant_all, random_dense};
 use super::*;
 
 /// Pixels of a probe's picture.
@@ -322,4 +322,17 @@ fn targets_are_not_random_and_nowhere_zero() {
         lost += i32::from(out[0][1] > 0.0 && out[0][0] <= 0.0);
     }
     assert!(carrying > 500 && lost == 0, "{lost} of {carrying}");
+    let redrawn = |all: &[[f32; 4]]| all.chunks(2).filter(|out| out[0][0].to_bits() != out[0][2].to_bits()).count();
+    assert_eq!(redrawn(&first), 0);
+    // Another number each time, as of random estimates.
+    let random = "let drawn = exp(-grey) * fract(0.618 * target_drawn);\n    target_drawn += 1.0;\n    return drawn;";
+    let planted = plant_all(&[
+        ("reuse/target", "    return exp(-grey);", random),
+        (
+            "reuse/target",
+            "// What a path carries but",
+            "var<private> target_drawn: f32 = 1.0;\n// What a path carries but",
+        ),
+    ]);
+    assert!(redrawn(&run(&probe, &planted.source, TARGET, 3, &[], PIXELS)) > carrying as usize / 2);
 }

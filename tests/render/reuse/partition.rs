@@ -112,16 +112,20 @@ fn weights_of_the_frame_before_add_up() {
             "let old_a = own.confidence * old_aim_here * kappa;",
             "let old_a = old_aim_here * kappa * 2.0;",
         ),
+        // As far as the vertex is from the new camera: a map without an inverse.
+        (
+            "reuse/temporal",
+            "let old_t = forth.offset + forth.kappa * old.path.t;",
+            "let old_t = length(ray_world(view_at(old_there, old.path.t) - old_here.origin));",
+        ),
     ];
     for bounces in [1, 3, 6] {
         let mut scene = sunny(bounces);
         scene.restir.spatial = false;
         scene.lights.push(constant(0.3));
         let moving = |left| {
-            let mut scene = scene.clone();
-            // 25° and a fifth of the way a frame: a Jacobian to be seen. The density grows, the sun turns.
-            let turn = glam::DMat3::from_rotation_y(25f64.to_radians() * f64::from(left));
-            look(&mut scene, turn * EYE * 1.2f64.powi(left as i32), DVec3::ZERO, 36.0);
+            let mut scene = turned(&scene, left);
+            // The density grows, the sun turns.
             scene.medium.density_scale = Auto::Is(7.0 - f64::from(left));
             scene.lights[0] = sun(DVec3::new(-0.8, 0.6, -0.2 + 0.3 * f64::from(left)), 3.0);
             scene.restir.edit_confidence = 8.0;
@@ -131,6 +135,45 @@ fn weights_of_the_frame_before_add_up() {
         let still = |_| scene.clone();
         holds(&a, &format!("still, bounces {bounces}"), &edits, 4, &[], &still);
     }
+}
+
+/// 25° and a fifth of the way a frame: a Jacobian to be seen.
+fn turned(scene: &Scene, left: u32) -> Scene {
+    let mut scene = scene.clone();
+    let turn = glam::DMat3::from_rotation_y(25f64.to_radians() * f64::from(left));
+    look(&mut scene, turn * EYE * 1.2f64.powi(left as i32), DVec3::ZERO, 36.0);
+    scene
+}
+
+/// The pixels of the frame before that those of a frame of a moving camera ask, with candidates of one stream or another.
+fn asked(a: &Adapter, plant: Option<Edit>, stream: &str) -> Vec<f64> {
+    let mut edits = vec![
+        ("reuse/candidates", "CANDIDATES_STREAM: u32 = 0x68bc21ebu;", stream),
+        ("reuse/temporal", "own.confidence += c_old;", "own.confidence = f32(q.y * params.width + q.x);"),
+    ];
+    edits.extend(plant);
+    let mut scene = sunny(1);
+    scene.restir.spatial = false;
+    let planted = support::plant_all(&edits);
+    let mut r = renderer(a, &planted.source, &scene, Some(cloud_field()), false);
+    (0..2).rev().for_each(|left| frame(&mut r, &turned(&scene, left), left == 1));
+    let kept = reservoir::read(&r.gpu, r.reservoirs().expect("a frame was drawn")).expect("reads");
+    kept.iter().map(Reservoir::confidence).collect()
+}
+
+/// Weights of a pixel and the one that it asks add up to 1 for all paths only if no path says which one that is.
+#[test]
+fn the_pixel_asked_does_not_depend_on_what_was_found() {
+    let Some(a) = adapter() else { return };
+    let streams = ["CANDIDATES_STREAM: u32 = 1u;", "CANDIDATES_STREAM: u32 = 2u;"];
+    let differ = |plant| {
+        let [one, other] = streams.map(|stream| asked(&a, plant, stream));
+        one.iter().zip(&other).filter(|(one, other)| one != other).count()
+    };
+    assert_eq!(differ(None), 0);
+    let own = ("reuse/temporal", "let place = ray_at(sight, flight.t);", "let place = ray_at(sight, own.path.t);");
+    let seen = differ(Some(own));
+    assert!(seen > 50, "{seen}");
 }
 
 #[test]
