@@ -165,7 +165,8 @@ impl Variant {
 /// Where shader text comes from.
 #[derive(Clone, Debug, Default)]
 pub struct Source {
-    /// The `shaders` folder to read from; the embedded catalogue where it is `None` or a file is missing there.
+    /// The `shaders` folder to read from, which must be there; the embedded catalogue where it is `None` or a file is missing
+    /// in it.
     pub folder: Option<PathBuf>,
     /// Edits of the linked text, for tests that plant an error: each must find its text exactly once.
     pub plants: Vec<(String, String)>,
@@ -179,9 +180,15 @@ impl Source {
     }
 
     fn read(&self, name: &str) -> Result<String> {
-        let disk = self.folder.as_ref().map(|f| f.join(format!("{name}.wgsl")));
-        if let Some(text) = disk.and_then(|path| std::fs::read_to_string(path).ok()) {
-            return Ok(text);
+        if let Some(folder) = &self.folder {
+            // Other files than those asked for must not be taken in silence.
+            if !folder.is_dir() {
+                let what = format!("The folder of shaders {} is gone.", folder.display());
+                return Err(Error::new(Code::Shader, what).hint("Put it back, or build the program anew."));
+            }
+            if let Ok(text) = std::fs::read_to_string(folder.join(format!("{name}.wgsl"))) {
+                return Ok(text);
+            }
         }
         let embedded = CATALOGUE.iter().find(|(n, _)| *n == name).map(|(_, text)| (*text).to_owned());
         embedded.ok_or_else(|| Error::new(Code::Shader, format!("There is no shader file shaders/{name}.wgsl.")))
