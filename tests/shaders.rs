@@ -522,6 +522,17 @@ fn mistake(file: &str, from: &str, to: &str) -> (String, usize) {
     (error.expect_err("a mistake was planted").to_string(), line)
 }
 
+/// The files that are embedded would be others than those asked for.
+#[test]
+fn a_folder_that_is_gone_is_an_error() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let source = Source { folder: Some(folder.path().to_path_buf()), plants: Vec::new() };
+    assert!(source.link("integrate/path", &any_variant()).is_ok(), "files that are missing are the embedded ones");
+    drop(folder);
+    let error = source.link("integrate/path", &any_variant()).expect_err("the folder is gone").to_string();
+    assert!(error.contains("is gone"), "{error}");
+}
+
 #[test]
 fn messages_of_mistakes_name_file_and_line() {
     let planted = [

@@ -3,6 +3,7 @@
 //!use reuse/table
 //!use reuse/pair
 //!use core/ray
+//!use track/exact
 
 const PROBE_REUSE_STEPS: u32 = 1024u;  // of an integral
 
@@ -129,11 +130,8 @@ fn probe_reuse_leg(rng: ptr<function, Rng>) -> array<vec4f, 2> {
     let density = target_density(ray_at(ray, t));
     let stretch = leg_until(ray, ray.exit, true, t);
     let missed = stretch.before_t > t || stretch.t < t || !(stretch.grey > stretch.before_grey);
-    var depth = 0.0;
-    for (var k = 0u; k < PROBE_REUSE_STEPS; k++) {
-        depth += target_density(ray_at(ray, t * (f32(k) + 0.5) / f32(PROBE_REUSE_STEPS)));
-    }
-    depth *= t * params.sigma / f32(PROBE_REUSE_STEPS);
+    var count = Count();
+    let depth = exact_depth(ray, t, MATH_FAR, &count);
     return array<vec4f, 2>(
         vec4f(density, select(0.0, density, missed), t, 0.0),
         vec4f(f32(leg.looks), leg.depth, leg_within(stretch, t), leg_grey(depth)),

@@ -180,15 +180,9 @@ impl Source {
     }
 
     fn read(&self, name: &str) -> Result<String> {
-        if let Some(folder) = &self.folder {
-            // Other files than those asked for must not be taken in silence.
-            if !folder.is_dir() {
-                let what = format!("The folder of shaders {} is gone.", folder.display());
-                return Err(Error::new(Code::Shader, what).hint("Put it back, or build the program anew."));
-            }
-            if let Ok(text) = std::fs::read_to_string(folder.join(format!("{name}.wgsl"))) {
-                return Ok(text);
-            }
+        let disk = self.folder.as_ref().map(|f| f.join(format!("{name}.wgsl")));
+        if let Some(text) = disk.and_then(|path| std::fs::read_to_string(path).ok()) {
+            return Ok(text);
         }
         let embedded = CATALOGUE.iter().find(|(n, _)| *n == name).map(|(_, text)| (*text).to_owned());
         embedded.ok_or_else(|| Error::new(Code::Shader, format!("There is no shader file shaders/{name}.wgsl.")))
@@ -196,6 +190,11 @@ impl Source {
 
     /// Links `entry` with everything it uses.
     pub fn link(&self, entry: &str, variant: &Variant) -> Result<Linked> {
+        // Other files than those asked for must not be taken in silence.
+        if let Some(folder) = self.folder.as_ref().filter(|folder| !folder.is_dir()) {
+            let what = format!("The folder of shaders {} is gone.", folder.display());
+            return Err(Error::new(Code::Shader, what).hint("Put it back, or build the program anew."));
+        }
         let mut linked = Linked { text: String::new(), places: Vec::new() };
         for (name, value) in &variant.constants {
             linked.text += &format!("const {name} = {value};\n");

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::*;
+use nephele::render::reservoir::{self, Reservoir};
 use nephele::scene::value::Colour;
 use nephele::scene::{Environment, Mode, Point};
 use nephele::volume::Dense;
@@ -96,9 +97,19 @@ fn lit_inside(bounces: u32) -> Scene {
 
 /// The camera `left` frames before it reaches its place: it goes round by 2.9° a frame and comes nearer.
 fn orbit(scene: &Scene, left: u32) -> Scene {
+    turned(scene, left, 2.9, 1.03)
+}
+
+/// The same, by so many degrees a frame, from so many times as far.
+fn turned(scene: &Scene, left: u32, degrees: f64, farther: f64) -> Scene {
     let mut scene = scene.clone();
-    let turn = glam::DMat3::from_rotation_y(2.9f64.to_radians() * f64::from(left));
-    let degrees = scene.camera.fov_y;
-    look(&mut scene, turn * EYE * 1.03f64.powi(left as i32), DVec3::ZERO, degrees);
+    let turn = glam::DMat3::from_rotation_y(degrees.to_radians() * f64::from(left));
+    let fov_y = scene.camera.fov_y;
+    look(&mut scene, turn * EYE * farther.powi(left as i32), DVec3::ZERO, fov_y);
     scene
+}
+
+/// What the pixels of a frame keep.
+fn kept(r: &Renderer) -> Vec<Reservoir> {
+    reservoir::read(&r.gpu, r.reservoirs().expect("a frame was drawn")).expect("reads")
 }

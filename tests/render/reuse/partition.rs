@@ -3,7 +3,6 @@
 
 use super::*;
 use ensemble::frame;
-use nephele::render::reservoir::{self, Reservoir};
 
 /// Relative error of a target after a shift there and back, about: voxels are rough. So many in a thousand may have more.
 const ROUNDING: f64 = 1e-3;
@@ -75,7 +74,7 @@ fn torn(
     let planted = support::plant_all(&all);
     let mut r = renderer(a, &planted.source, &at(0), Some(cloud_field()), false);
     (0..frames).rev().for_each(|left| frame(&mut r, &at(left), left + 1 == frames));
-    let kept = reservoir::read(&r.gpu, r.reservoirs().expect("a frame was drawn")).expect("reads");
+    let kept = kept(&r);
     let holding: Vec<&Reservoir> = kept.iter().filter(|kept| kept.holds()).collect();
     let torn = holding.iter().filter(|kept| (kept.weight() - 1.0).abs() > ROUNDING).count();
     [torn, holding.len()]
@@ -124,8 +123,8 @@ fn weights_of_the_frame_before_add_up() {
         scene.restir.spatial = false;
         scene.lights.push(constant(0.3));
         let moving = |left| {
-            let mut scene = turned(&scene, left);
-            // The density grows, the sun turns.
+            // 25° and a fifth of the way a frame: a Jacobian to be seen. The density grows, the sun turns.
+            let mut scene = turned(&scene, left, 25.0, 1.2);
             scene.medium.density_scale = Auto::Is(7.0 - f64::from(left));
             scene.lights[0] = sun(DVec3::new(-0.8, 0.6, -0.2 + 0.3 * f64::from(left)), 3.0);
             scene.restir.edit_confidence = 8.0;
@@ -135,14 +134,6 @@ fn weights_of_the_frame_before_add_up() {
         let still = |_| scene.clone();
         holds(&a, &format!("still, bounces {bounces}"), &edits, 4, &[], &still);
     }
-}
-
-/// 25° and a fifth of the way a frame: a Jacobian to be seen.
-fn turned(scene: &Scene, left: u32) -> Scene {
-    let mut scene = scene.clone();
-    let turn = glam::DMat3::from_rotation_y(25f64.to_radians() * f64::from(left));
-    look(&mut scene, turn * EYE * 1.2f64.powi(left as i32), DVec3::ZERO, 36.0);
-    scene
 }
 
 /// The pixels of the frame before that those of a frame of a moving camera ask, with candidates of one stream or another.
@@ -156,9 +147,8 @@ fn asked(a: &Adapter, plant: Option<Edit>, stream: &str) -> Vec<f64> {
     scene.restir.spatial = false;
     let planted = support::plant_all(&edits);
     let mut r = renderer(a, &planted.source, &scene, Some(cloud_field()), false);
-    (0..2).rev().for_each(|left| frame(&mut r, &turned(&scene, left), left == 1));
-    let kept = reservoir::read(&r.gpu, r.reservoirs().expect("a frame was drawn")).expect("reads");
-    kept.iter().map(Reservoir::confidence).collect()
+    (0..2).rev().for_each(|left| frame(&mut r, &turned(&scene, left, 25.0, 1.2), left == 1));
+    kept(&r).iter().map(Reservoir::confidence).collect()
 }
 
 /// Weights of a pixel and the one that it asks add up to 1 for all paths only if no path says which one that is.

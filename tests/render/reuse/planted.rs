@@ -113,12 +113,7 @@ fn errors_of_fast_motion_are_seen() {
     let scene = sunny(1);
     let mut r = renderer(&a, &standard(), &scene, Some(cloud_field()), false);
     let mut stage = Stage::new("25° a frame", &mut r, &scene, 16384);
-    let fast = |left| {
-        let mut scene = scene.clone();
-        let turn = glam::DMat3::from_rotation_y(25f64.to_radians() * f64::from(left));
-        look(&mut scene, turn * EYE, DVec3::ZERO, 36.0);
-        scene
-    };
+    let fast = |left| turned(&scene, left, 25.0, 1.0);
     let course = Course { name: "nothing planted", last: 4, histories: 4 * HISTORIES, at: &fast };
     let plants = [(
         "the Jacobian dropped",

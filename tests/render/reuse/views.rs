@@ -3,7 +3,6 @@
 use super::*;
 use nephele::render::heat;
 use nephele::render::peek::Patch;
-use nephele::render::reservoir::{self, Reservoir};
 use nephele::scene::{History, Overlay};
 
 /// Overlays of reservoirs.
@@ -25,10 +24,6 @@ fn draw(r: &mut Renderer, frames: u32) {
         r.restart();
         r.submit(Work { samples: 1, groups: u32::MAX }).unwrap_or_else(|e| panic!("{e}"));
     }
-}
-
-fn kept(r: &Renderer) -> Vec<Reservoir> {
-    reservoir::read(&r.gpu, r.reservoirs().expect("a frame was drawn")).expect("reads")
 }
 
 /// The output function of the generator; as in shaders/core/rng.wgsl.
